@@ -1,0 +1,48 @@
+// START HERE: feature frames in, poses and a map out. process() reads as [WD10] Algorithm 2.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "frame.h"
+#include "geometry/camera.h"
+#include "map_view.h"
+#include "options.h"
+
+namespace eifmap {
+
+class Mapper {
+ public:
+  // Throws std::invalid_argument with camera.problem() or options.problem().
+  Mapper(const Camera& camera, const MapperOptions& options);
+  ~Mapper();
+  Mapper(Mapper&&) noexcept;
+  Mapper& operator=(Mapper&&) noexcept;
+
+  // One frame. Bad input comes back as rejected with its reason and changes nothing. A pure function
+  // of the frames so far: no clock, no threads.
+  FrameResult process(const FeatureFrame& frame);
+
+  // What changed since the last call; the first one after a new map is a whole map.
+  MapUpdate map_update();
+
+  const MapperStatistics& statistics() const;
+
+  // Every frame placed in the final map: relative to its keyframe as finally estimated, the start
+  // set posed backwards. Of the map that holds the most frames, if there were several.
+  std::vector<TimedPose> final_trajectory() const;
+  std::vector<TimedPose> keyframe_trajectory() const;
+  std::vector<MapPoint> map_points() const;
+
+  // Called with a step's name at its start and end, for timing from outside: the mapper itself reads
+  // no clock. (name, true) at start, (name, false) at end.
+  void set_step_observer(std::function<void(std::string_view, bool)> observer);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace eifmap

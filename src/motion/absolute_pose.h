@@ -1,0 +1,50 @@
+// The pose of an image against the map: robust refinement from a guess, and PnP without one.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "geometry/rigid3.h"
+#include "motion/scale_fit.h"
+
+namespace eifmap {
+
+struct AbsolutePoseOptions {
+  int min_inliers = 15;
+  double gate_sigma = 3.5;       // an inlier's whitened reprojection error is below this
+  int max_iterations = 20;
+  double bisquare = 4.685;
+  // PnP RANSAC (OpenCV's P3P, fixed state)
+  double ransac_threshold_px = 3.0;
+  double ransac_confidence = 0.9999;
+  int ransac_iterations = 300;
+  int seed = 1;
+
+  std::string problem() const;
+};
+
+struct AbsolutePose {
+  Reason reason = Reason::kTooFewInliers;  // kNone: accepted
+  Rigid3 world_from_camera;
+  // Of (w, dc) as in retract(); given the map, whose own uncertainty enters by the sigmas only.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  std::vector<std::uint8_t> inlier;  // one per observation
+  int num_inliers = 0;
+
+  bool ok() const { return reason == Reason::kNone; }
+};
+
+// Gauss-Newton / Levenberg with bisquare weights on the reprojection error, spread estimated by a
+// clamped MAD; points behind the camera are outliers.
+AbsolutePose refine_absolute_pose(const Rigid3& world_from_guess,
+                                  std::span<const MapObservation> observations,
+                                  const AbsolutePoseOptions& options);
+
+// The fallback: P3P RANSAC over all observations, then refine_absolute_pose.
+AbsolutePose solve_pnp(std::span<const MapObservation> observations, double radians_per_pixel,
+                       const AbsolutePoseOptions& options);
+
+}  // namespace eifmap

@@ -1,0 +1,91 @@
+// The pose of one image relative to another from matches alone: [WD10] Algorithm 1, steps 1-2.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "reason.h"
+
+namespace eifmap {
+
+// A match of images i and j in normalized image coordinates (x/z, y/z), with each point's standard
+// deviation in the same unit.
+struct Correspondence {
+  Eigen::Vector2d x_i, x_j;
+  double sigma_i = 0, sigma_j = 0;
+};
+
+struct RelativePoseOptions {
+  int min_matches = 15;
+  // Rotation alone explains the pair: NO_BASELINE. Measured: with the five-point rotation in its
+  // place, a standstill showed 300-900 px of "parallax".
+  double min_median_parallax_px = 1.5;
+  double max_rotation_inlier_ratio = 0.8;
+  // RANSAC
+  double ransac_threshold_px = 1.0;
+  double ransac_confidence = 0.9999;
+  int ransac_iterations = 1000;
+  int seed = 1;
+  double min_inlier_ratio = 0.3;
+
+  std::string problem() const;  // "" or which field is wrong and why
+};
+
+// Best rotation between two images, as if the camera had not moved.
+struct RotationFit {
+  Eigen::Quaterniond i_from_j = Eigen::Quaterniond::Identity();
+  std::vector<std::uint8_t> inlier;  // one per correspondence
+  int num_inliers = 0;
+  double median_parallax = 0;  // rad, of all correspondences after the rotation is taken out
+};
+
+// Robust; needs >= 2 correspondences, else identity with 0 inliers. `radians_per_pixel` turns the
+// options' pixels into normalized units.
+RotationFit fit_rotation(std::span<const Correspondence> matches, double radians_per_pixel,
+                         const RelativePoseOptions& options);
+
+// The 5-DOF pose of camera j in camera i: x_in_i = i_from_j x_in_j + (unknown length) direction.
+struct RelativePose {
+  Eigen::Quaterniond i_from_j = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // unit, of j's centre in i
+  // Of (w, ab): i_from_j Exp(w), sphere_retract(direction, ab); rad^2. Linear: (J' Q^-1 J)^-1.
+  Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
+  double sigma_direction = 0;  // rad, root of the larger eigenvalue of ab's covariance
+};
+
+struct RelativePoseResult {
+  Reason reason = Reason::kNone;  // kNone: `pose` is valid. kTooFewMatches, kNoBaseline (rotation
+                                  // in `rotation` is good), kRelativePoseFailed
+  RotationFit rotation;
+  RelativePose pose;
+  std::vector<std::uint8_t> inlier;  // of `pose`, one per correspondence, classified after refining
+  int num_inliers = 0;
+  bool planar = false;  // a homography explains the matches as well as E does: two-fold ambiguity
+
+  bool ok() const { return reason == Reason::kNone; }
+};
+
+// Rotation-only test first, then five-point RANSAC (OpenCV's, fixed state), cheirality, refinement
+// of all 5 DOF with bisquare weights on the Sampson residual, inliers classified again, linear
+// covariance.
+RelativePoseResult estimate_relative_pose(std::span<const Correspondence> matches,
+                                          double radians_per_pixel,
+                                          const RelativePoseOptions& options);
+
+// The refinement and covariance alone, from a start near the solution; `inlier` says which
+// correspondences may take part on entry (empty: all) and which agree on return. False when fewer
+// than 8 agree or the normal matrix is singular. Used for the filter's edges, whose R, T and
+// covariance come from unspent measurements only.
+bool refine_relative_pose(std::span<const Correspondence> matches, double radians_per_pixel,
+                          RelativePose& pose, std::vector<std::uint8_t>& inlier);
+
+// Sampson distance of a match, signed, whitened: residual / its standard deviation from sigma_i and
+// sigma_j; 1x5 Jacobian to (w, ab) when asked for.
+double sampson_residual(const Correspondence& match, const RelativePose& pose,
+                        Eigen::Matrix<double, 1, 5>* jacobian = nullptr);
+
+}  // namespace eifmap

@@ -1,0 +1,4 @@
+#include "options.h"
+namespace eifmap {
+std::string MapperOptions::problem() const { return ""; }
+}

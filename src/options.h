@@ -1,0 +1,80 @@
+// Every setting of the mapping path: nested by step, a default and a why each. problem() of the
+// whole names the first field that is wrong.
+#pragma once
+
+#include <string>
+
+#include "features/matcher.h"
+#include "motion/absolute_pose.h"
+#include "motion/relative_pose.h"
+#include "motion/scale_fit.h"
+
+namespace eifmap {
+
+// The start of a map: [WD10] IV, first paragraph.
+struct StartOptions {
+  // An anchor with fewer features than this is not worth waiting for.
+  int min_features = 60;
+  int min_matches = 40;
+  // The direction of the first baseline must be this certain: it is the gauge of the whole map.
+  double max_sigma_direction_deg = 1.5;
+  int min_points = 50;               // with ...
+  double max_relative_depth = 0.2;   // ... sigma_Z / Z below this
+  // Frames since the anchor kept to be posed backwards; older anchors are given up.
+  int max_frames = 300;
+};
+
+struct KeyframeOptions {
+  double min_tracked_ratio = 0.6;    // fewer of the reference's landmarks tracked: a new keyframe
+  double max_baseline_ratio = 0.08;  // baseline / median depth above this: a new keyframe
+  int min_inliers = 25;              // below this a keyframe would be built on sand
+};
+
+struct LandmarkOptions {
+  int neighbours = 4;                 // previous keyframes matched; one alone cost 1.32 m for .77
+  double min_parallax_deg = 1.0;      // of the widest pair of views
+  double max_relative_depth = 0.25;   // sigma_Z / Z to enter the filter
+  double max_error = 3.0;             // whitened reprojection error in each view
+  int min_views = 3;                  // two and a third that agrees
+  double search_radius_px = 8;        // guided search around the predicted pixel
+};
+
+// Relative-pose edges: [WD10] II and (6), (7).
+struct EdgeOptions {
+  bool enabled = true;
+  double max_sigma_direction_deg = 1.5;
+  int min_measurements = 50;
+  // Of the matches of a pair, the share that one edge may spend: the rest is left for the next edge,
+  // since a measurement enters one edge only.
+  double max_spent_ratio = 0.5;
+};
+
+struct FilterOptions {
+  double relinearize_px = 0.1;   // a measurement whose prediction moved further is linearized again
+  int max_iterations = 5;        // of solve and relinearize, per keyframe
+  double gate_sigma = 3.5;       // whitened residual above which a sighting is dropped as an outlier
+};
+
+struct LostOptions {
+  int min_inliers = 30;              // to believe a relocalization
+  double new_map_after_s = 2.0;      // lost this long: a new map may start
+};
+
+struct MapperOptions {
+  // The sign whose features make the map (Omega_m); the other's (Omega_p) give relative poses.
+  int map_sign = -1;
+  MatchOptions match;
+  RelativePoseOptions relative_pose;
+  ScaleFitOptions scale_fit;
+  AbsolutePoseOptions absolute_pose;
+  StartOptions start;
+  KeyframeOptions keyframe;
+  LandmarkOptions landmark;
+  EdgeOptions edge;
+  FilterOptions filter;
+  LostOptions lost;
+
+  std::string problem() const;  // "" or which field is wrong and why
+};
+
+}  // namespace eifmap

@@ -1,0 +1,82 @@
+#include "reason.h"
+
+#include <array>
+
+namespace eifmap {
+namespace {
+
+constexpr std::array kTexts{
+    ReasonText{Reason::kNone, "NONE", "nothing to report", ""},
+    ReasonText{Reason::kNoBaseline, "NO_BASELINE",
+               "the camera has only rotated or stood still since the anchor image",
+               "move the camera sideways by about a tenth of the scene's depth"},
+    ReasonText{Reason::kTooFewFeatures, "TOO_FEW_FEATURES", "the image has too few features",
+               "point the camera at textured surfaces, check exposure and focus"},
+    ReasonText{Reason::kTooFewMatches, "TOO_FEW_MATCHES",
+               "too few features match the earlier image",
+               "move more slowly or raise the frame rate"},
+    ReasonText{Reason::kDirectionUncertain, "DIRECTION_UNCERTAIN",
+               "the direction of motion is not yet certain enough",
+               "move on, sideways by preference"},
+    ReasonText{Reason::kTooFewPoints, "TOO_FEW_POINTS",
+               "too few points have a certain depth", "move on, sideways by preference"},
+    ReasonText{Reason::kPlanarScene, "PLANAR_SCENE",
+               "one plane fills the view and leaves two possible motions",
+               "bring things at different depths into view"},
+    ReasonText{Reason::kRelativePoseFailed, "RELATIVE_POSE_FAILED",
+               "no relative pose explains enough of the matches",
+               "check that the scene is mostly at rest and the calibration is this camera's"},
+    ReasonText{Reason::kScaleFitFailed, "SCALE_FIT_FAILED",
+               "the map does not agree on the length of the last step",
+               "move more slowly, keep mapped places in view"},
+    ReasonText{Reason::kTooFewInliers, "TOO_FEW_INLIERS",
+               "too few map features agree with the pose",
+               "move back to where tracking last worked"},
+    ReasonText{Reason::kScaleJump, "SCALE_JUMP",
+               "the depth of the map jumped, so the pose is not trusted",
+               "move back to where tracking last worked"},
+    ReasonText{Reason::kNotRelocalized, "NOT_RELOCALIZED",
+               "no mapped place is recognized in this image",
+               "move back to where tracking last worked"},
+    ReasonText{Reason::kFilterFailed, "FILTER_FAILED",
+               "the information matrix could not be factored", "report this with the log"},
+    ReasonText{Reason::kNoCalibration, "NO_CALIBRATION", "no calibration for this camera yet",
+               "publish eifmap.<camera>.calibration or set it in the configuration"},
+    ReasonText{Reason::kBadCalibration, "BAD_CALIBRATION", "the calibration is not usable",
+               "check the calibration's numbers"},
+    ReasonText{Reason::kCalibrationMismatch, "CALIBRATION_MISMATCH",
+               "the frame names another calibration than the one known",
+               "publish the calibration that belongs to these frames"},
+    ReasonText{Reason::kBadImageSize, "BAD_IMAGE_SIZE",
+               "the image's size is not the calibration's",
+               "calibrate at the size that is published"},
+    ReasonText{Reason::kBadPixelFormat, "BAD_PIXEL_FORMAT", "the pixel format is not supported",
+               "publish GRAY or MJPEG"},
+    ReasonText{Reason::kCorruptImage, "CORRUPT_IMAGE", "the image's bytes could not be decoded",
+               "check the camera driver and the link"},
+    ReasonText{Reason::kTimeNotIncreasing, "TIME_NOT_INCREASING",
+               "the frame is not newer than the last one", "check the publisher's clock"},
+    ReasonText{Reason::kBadFeatures, "BAD_FEATURES",
+               "a feature is not finite, outside the image or without a sign",
+               "check the publisher of the features"},
+    ReasonText{Reason::kUnknownExtractor, "UNKNOWN_EXTRACTOR",
+               "the features come from an extractor that this server does not know or that "
+               "differs from the map's",
+               "use the same version of eifmap on both sides"},
+    ReasonText{Reason::kMalformedMessage, "MALFORMED_MESSAGE",
+               "the message's sizes do not fit its bytes", "check the publisher and the link"},
+    ReasonText{Reason::kCalibrationChanged, "CALIBRATION_CHANGED",
+               "the calibration changed, a new map was begun", ""},
+};
+
+}  // namespace
+
+const ReasonText& describe(Reason reason) {
+  for (const ReasonText& text : kTexts)
+    if (text.reason == reason) return text;
+  return kTexts[0];
+}
+
+std::span<const ReasonText> all_reasons() { return kTexts; }
+
+}  // namespace eifmap

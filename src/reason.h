@@ -1,0 +1,50 @@
+// Why something was refused, waited for or lost: one code, one name, one sentence each. The codes go
+// over the wire: never renumber, only add.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace eifmap {
+
+enum class Reason : std::int16_t {
+  kNone = 0,
+  // A map waits to start
+  kNoBaseline = 1,
+  kTooFewFeatures = 2,
+  kTooFewMatches = 3,
+  kDirectionUncertain = 4,
+  kTooFewPoints = 5,
+  kPlanarScene = 6,
+  kRelativePoseFailed = 7,
+  // Tracking lost or refused
+  kScaleFitFailed = 20,
+  kTooFewInliers = 21,
+  kScaleJump = 22,
+  kNotRelocalized = 23,
+  kFilterFailed = 24,
+  // Input rejected
+  kNoCalibration = 40,
+  kBadCalibration = 41,
+  kCalibrationMismatch = 42,
+  kBadImageSize = 43,
+  kBadPixelFormat = 44,
+  kCorruptImage = 45,
+  kTimeNotIncreasing = 46,
+  kBadFeatures = 47,
+  kUnknownExtractor = 48,
+  kMalformedMessage = 49,
+  kCalibrationChanged = 50,
+};
+
+struct ReasonText {
+  Reason reason;
+  const char* name;  // upper case, as in reports: NO_BASELINE
+  const char* text;  // what happened, in words
+  const char* hint;  // what to do about it
+};
+
+const ReasonText& describe(Reason reason);
+std::span<const ReasonText> all_reasons();
+
+}  // namespace eifmap
