@@ -5,7 +5,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "filter/schur.h"
 #include "geometry/projection.h"
 
 namespace eifmap {
@@ -118,7 +117,7 @@ bool InformationFilter::solve(bool same_pattern, Eigen::VectorXd& delta_poses) {
   if (!same_pattern) reduced_ = reduced_pattern(num_poses(), landmarks_, edges_);
   Eigen::VectorXd right_side;
   reduce(landmarks_, edges_, reduced_, right_side);
-  add_scale_gauge(poses_[0], poses_[1], reduced_);
+  add_scale_gauge(gauge_, poses_[1].translation - poses_[0].translation, reduced_, right_side);
   if (!cholesky_.factor(reduced_, same_pattern)) return false;
   delta_poses = cholesky_.solve(right_side);
   return delta_poses.allFinite();
@@ -157,6 +156,11 @@ void InformationFilter::drop_outliers(FilterUpdate& update) {
 FilterUpdate InformationFilter::update() {
   FilterUpdate result;
   if (num_poses() < 2) return result;
+  if (!has_gauge_) {
+    const Eigen::Vector3d baseline = poses_[1].translation - poses_[0].translation;
+    gauge_ = {baseline.normalized(), baseline.norm()};
+    has_gauge_ = true;
+  }
   const std::vector<Rigid3> poses_before = poses_;
   std::vector<Eigen::Vector3d> positions_before;
   for (const FilterLandmark& landmark : landmarks_) positions_before.push_back(landmark.position);
