@@ -24,15 +24,15 @@ namespace eifmap {
 // A feature seen from a pose.
 struct PointMeasurement {
   int pose = 0;
-  Eigen::Vector2d x;    // normalized image coordinates
-  double sigma = 0;     // of x, each axis, same unit
+  Eigen::Vector2d x = Eigen::Vector2d::Zero();  // normalized image coordinates
+  double sigma = 0;                             // of x, each axis, same unit
 
   // Frozen at the last linearization; whitened, and scaled by the robust weight's root.
   bool linearized = false;
-  Eigen::Vector2d predicted;                 // at the linearization point
-  Eigen::Matrix<double, 2, 6> d_pose;
-  Eigen::Matrix<double, 2, 3> d_landmark;
-  Eigen::Vector2d residual;                  // what is left of z - h at the mean
+  Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  // at the linearization point
+  Eigen::Matrix<double, 2, 6> d_pose = Eigen::Matrix<double, 2, 6>::Zero();
+  Eigen::Matrix<double, 2, 3> d_landmark = Eigen::Matrix<double, 2, 3>::Zero();
+  Eigen::Vector2d residual = Eigen::Vector2d::Zero();  // what is left of z - h at the mean
 };
 
 struct FilterLandmark {
