@@ -124,6 +124,9 @@ std::string output_of(const std::string& command) {
   return text;
 }
 
+// Debian's, whose numpy docker/packages.txt asks for; another python3 may come first in the path.
+constexpr const char* kPython = "/usr/bin/python3";
+
 // The tool that the figures of others were made with.
 TEST(TrajectoryError, SameFiguresAsTheReferenceTool) {
   const char* shared = std::getenv("EIFMAP_SHARED");
@@ -132,7 +135,7 @@ TEST(TrajectoryError, SameFiguresAsTheReferenceTool) {
                                          : std::filesystem::path(EIFMAP_SOURCE_DIR) / "../shared";
   const auto tool = root / "tools" / "trajectory_error.py";
   if (!std::filesystem::exists(tool)) GTEST_SKIP() << "skipped: no " << tool;
-  if (output_of("python3 -c 'import numpy; print(1)' 2>/dev/null") != "1\n")
+  if (output_of(std::string(kPython) + " -c 'import numpy; print(1)' 2>/dev/null") != "1\n")
     GTEST_SKIP() << "skipped: no python3-numpy";
   Random random(5);
   const TemporaryFolder folder;
@@ -154,9 +157,9 @@ TEST(TrajectoryError, SameFiguresAsTheReferenceTool) {
     const auto gt = folder.path() / "gt.tum", est = folder.path() / "est.tum";
     ASSERT_EQ(write_tum(gt, truth_as_written), "");
     ASSERT_EQ(write_tum(est, estimate), "");
-    const auto wanted =
-        nlohmann::json::parse(output_of("python3 " + tool.string() + " --gt " + gt.string() +
-                                        " --est " + est.string() + " --nframes 300 --json"));
+    const auto wanted = nlohmann::json::parse(output_of(std::string(kPython) + " " + tool.string() +
+                                                        " --gt " + gt.string() + " --est " +
+                                                        est.string() + " --nframes 300 --json"));
     const auto got = nlohmann::json::parse(
         json_text(trajectory_error(read_tum(gt).poses, read_tum(est).poses, {0.05, 300})));
     ASSERT_EQ(got.size(), wanted.size());
