@@ -5,7 +5,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "filter/schur.h"
 #include "geometry/projection.h"
 
 namespace eifmap {
@@ -83,17 +82,21 @@ double InformationFilter::error(int landmark, const PointMeasurement& measuremen
 // Linearizes what is new and what moved; returns how many.
 std::size_t InformationFilter::linearize_moved() {
   const double threshold = options_.relinearize_px * radians_per_pixel_;
+  std::vector<Projector> projectors;
+  projectors.reserve(poses_.size());
+  for (const Rigid3& pose : poses_) projectors.emplace_back(pose);
   std::size_t count = 0;
   for (FilterLandmark& landmark : landmarks_) {
     for (PointMeasurement& m : landmark.measurements) {
       Eigen::Vector2d predicted;
-      if (!project(poses_[m.pose], landmark.position, predicted)) {
+      if (!projectors[m.pose](landmark.position, predicted)) {
         // Behind the camera: without weight until the outlier test takes it out.
         m.d_pose.setZero(), m.d_landmark.setZero(), m.residual.setZero();
+        m.linearized = false;
         continue;
       }
       if (m.linearized && (predicted - m.predicted).norm() <= threshold) continue;
-      project(poses_[m.pose], landmark.position, predicted, &m.d_pose, &m.d_landmark);
+      projectors[m.pose](landmark.position, predicted, &m.d_pose, &m.d_landmark);
       const Eigen::Vector2d residual = (m.x - predicted) / m.sigma;
       const double root = std::sqrt(robust_weight(residual.norm()));
       m.d_pose *= root / m.sigma;
@@ -114,7 +117,7 @@ bool InformationFilter::solve(bool same_pattern, Eigen::VectorXd& delta_poses) {
   if (!same_pattern) reduced_ = reduced_pattern(num_poses(), landmarks_, edges_);
   Eigen::VectorXd right_side;
   reduce(landmarks_, edges_, reduced_, right_side);
-  add_scale_gauge(poses_[0], poses_[1], reduced_);
+  add_scale_gauge(gauge_, poses_[1].translation - poses_[0].translation, reduced_, right_side);
   if (!cholesky_.factor(reduced_, same_pattern)) return false;
   delta_poses = cholesky_.solve(right_side);
   return delta_poses.allFinite();
@@ -153,8 +156,14 @@ void InformationFilter::drop_outliers(FilterUpdate& update) {
 FilterUpdate InformationFilter::update() {
   FilterUpdate result;
   if (num_poses() < 2) return result;
-  const auto poses_before = poses_;
-  const auto landmarks_before = landmarks_;
+  if (!has_gauge_) {
+    const Eigen::Vector3d baseline = poses_[1].translation - poses_[0].translation;
+    gauge_ = {baseline.normalized(), baseline.norm()};
+    has_gauge_ = true;
+  }
+  const std::vector<Rigid3> poses_before = poses_;
+  std::vector<Eigen::Vector3d> positions_before;
+  for (const FilterLandmark& landmark : landmarks_) positions_before.push_back(landmark.position);
   for (int i = 0; i < options_.max_iterations; ++i) {
     const std::size_t moved = linearize_moved();
     if (i > 0 && moved == 0) break;
@@ -162,7 +171,10 @@ FilterUpdate InformationFilter::update() {
     Eigen::VectorXd delta;
     if (!solve(i > 0, delta)) {
       poses_ = poses_before;
-      landmarks_ = landmarks_before;
+      for (std::size_t l = 0; l < landmarks_.size(); ++l) {
+        landmarks_[l].position = positions_before[l];
+        for (PointMeasurement& m : landmarks_[l].measurements) m.linearized = false;
+      }
       result.reason = Reason::kFilterFailed;
       return result;
     }

@@ -13,38 +13,14 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "filter/measurement_models.h"
+#include "filter/filter_state.h"
+#include "filter/schur.h"
 #include "filter/sparse_cholesky.h"
 #include "geometry/rigid3.h"
 #include "options.h"
 #include "reason.h"
 
 namespace eifmap {
-
-// A feature seen from a pose.
-struct PointMeasurement {
-  int pose = 0;
-  Eigen::Vector2d x;    // normalized image coordinates
-  double sigma = 0;     // of x, each axis, same unit
-
-  // Frozen at the last linearization; whitened, and scaled by the robust weight's root.
-  bool linearized = false;
-  Eigen::Vector2d predicted;                 // at the linearization point
-  Eigen::Matrix<double, 2, 6> d_pose;
-  Eigen::Matrix<double, 2, 3> d_landmark;
-  Eigen::Vector2d residual;                  // what is left of z - h at the mean
-};
-
-struct FilterLandmark {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
-  std::vector<PointMeasurement> measurements;          // at most one per pose; empty: removed
-};
-
-struct FilterEdge {
-  int i = 0, j = 0;
-  RelativePoseMeasurement measurement;
-  RelativePoseLinearization linearization;
-};
 
 struct FilterUpdate {
   struct Dropped {
@@ -77,6 +53,7 @@ class InformationFilter {
   FilterUpdate update();
 
   int num_poses() const { return static_cast<int>(poses_.size()); }
+  int num_landmarks() const { return static_cast<int>(landmarks_.size()); }  // removed ones too
   int num_edges() const { return static_cast<int>(edges_.size()); }
   std::size_t num_measurements() const;
   const Rigid3& pose(int i) const { return poses_[i]; }
@@ -102,6 +79,8 @@ class InformationFilter {
   std::vector<Rigid3> poses_;
   std::vector<FilterLandmark> landmarks_;
   std::vector<FilterEdge> edges_;
+  ScaleGauge gauge_;     // of the first two poses, as they were at the first update
+  bool has_gauge_ = false;
   BlockMatrix reduced_;  // S, over all poses but the first
   SparseCholesky cholesky_;
 };

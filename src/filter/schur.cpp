@@ -16,7 +16,7 @@ void sum_landmark(const FilterLandmark& landmark, Eigen::Matrix3d& v, Eigen::Vec
     v.noalias() += m.d_landmark.transpose() * m.d_landmark;
     b.noalias() += m.d_landmark.transpose() * m.residual;
   }
-  v.diagonal().array() += 1e-9 * v.trace();
+  v.diagonal().array() += 1e-13 * v.trace();
 }
 
 }  // namespace
@@ -110,11 +110,13 @@ void reduce(const std::vector<FilterLandmark>& landmarks, const std::vector<Filt
   for (const FilterEdge& edge : edges) add_edge(edge, matrix, right_side);
 }
 
-void add_scale_gauge(const Rigid3& pose0, const Rigid3& pose1, BlockMatrix& matrix) {
-  const Eigen::Vector3d baseline = pose1.translation - pose0.translation;
-  const Eigen::Vector3d u = baseline.normalized();
-  const double sigma = 1e-4 * baseline.norm();
-  matrix.at(0, 0).bottomRightCorner<3, 3>().noalias() += u * u.transpose() / (sigma * sigma);
+void add_scale_gauge(const ScaleGauge& gauge, const Eigen::Vector3d& baseline, BlockMatrix& matrix,
+                     Eigen::VectorXd& right_side) {
+  const Eigen::Vector3d& u = gauge.direction;
+  PoseBlock& block = matrix.at(0, 0);
+  const double weight = 1e6 * block.bottomRightCorner<3, 3>().trace();
+  block.bottomRightCorner<3, 3>().noalias() += weight * u * u.transpose();
+  right_side.segment<3>(3) += weight * (gauge.length - u.dot(baseline)) * u;
 }
 
 Eigen::Vector3d landmark_step(const FilterLandmark& landmark, const Eigen::VectorXd& delta_poses) {

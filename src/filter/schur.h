@@ -4,7 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "filter/information_filter.h"
+#include "filter/filter_state.h"
+#include "filter/sparse_cholesky.h"
 
 namespace eifmap {
 
@@ -17,9 +18,14 @@ BlockMatrix reduced_pattern(int num_poses, const std::vector<FilterLandmark>& la
 void reduce(const std::vector<FilterLandmark>& landmarks, const std::vector<FilterEdge>& edges,
             BlockMatrix& matrix, Eigen::VectorXd& right_side);
 
-// The gauge's seventh degree of freedom: holds pose 1 along the first baseline. No measurement says
-// anything about the scale, so the weight does not matter beyond conditioning.
-void add_scale_gauge(const Rigid3& pose0, const Rigid3& pose1, BlockMatrix& matrix);
+// The gauge's seventh degree of freedom: the first baseline keeps its length along its first
+// direction. Held as firmly as the conditioning allows, for the covariances count the scale as known.
+struct ScaleGauge {
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // unit, world
+  double length = 1;                                     // map units
+};
+void add_scale_gauge(const ScaleGauge& gauge, const Eigen::Vector3d& baseline, BlockMatrix& matrix,
+                     Eigen::VectorXd& right_side);
 
 // The feature's own step once the poses' is known: V^-1 (b - W' delta).
 Eigen::Vector3d landmark_step(const FilterLandmark& landmark, const Eigen::VectorXd& delta_poses);

@@ -45,8 +45,8 @@ struct SparseCholesky::Cholmod {
     common.supernodal = CHOLMOD_AUTO;
 #else
     common.supernodal = CHOLMOD_SIMPLICIAL;
-    common.final_ll = 1;
 #endif
+    common.final_ll = 1;  // LL', which an indefinite matrix does not pass; LDL' it would
   }
   Cholmod(const Cholmod&) = delete;
   Cholmod& operator=(const Cholmod&) = delete;

@@ -31,6 +31,7 @@ struct RelativePoseOptions {
   int ransac_iterations = 1000;
   int seed = 1;
   double min_inlier_ratio = 0.3;
+  bool check_planar = true;  // fill in RelativePoseResult::planar
 
   std::string problem() const;  // "" or which field is wrong and why
 };

@@ -12,7 +12,8 @@ namespace eifmap::test {
 // SplitMix64 (S. Steele et al., OOPSLA 2014).
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ull + 1) {}
+  // The seed is mixed first: streams of neighbouring seeds must not be one another's continuations.
+  explicit Random(std::uint64_t seed) : state_(seed) { state_ = bits() ^ (seed << 32); }
 
   std::uint64_t bits() {
     std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
