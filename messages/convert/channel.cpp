@@ -54,4 +54,14 @@ std::string channel_pattern(std::string_view camera, ChannelKind kind) {
   return "eifmap\\." + name + "\\." + std::string(to_string(kind));
 }
 
+std::string literal_pattern(std::string_view name) {
+  constexpr std::string_view kSpecial = "\\^$.|?*+()[]{}";
+  std::string pattern;
+  for (const char c : name) {
+    if (kSpecial.find(c) != std::string_view::npos) pattern += '\\';
+    pattern += c;
+  }
+  return pattern;
+}
+
 }  // namespace eifmap

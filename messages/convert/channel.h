@@ -33,4 +33,7 @@ std::optional<Channel> parse_channel(std::string_view name);
 // `camera` is empty. Throws std::invalid_argument on an invalid camera name.
 std::string channel_pattern(std::string_view camera, ChannelKind kind);
 
+// The regular expression that matches just this name.
+std::string literal_pattern(std::string_view name);
+
 }  // namespace eifmap

@@ -32,6 +32,12 @@ TEST(Channel, OthersAreRefused) {
   EXPECT_THROW(channel_pattern(".*", ChannelKind::kImage), std::invalid_argument);
 }
 
+TEST(Channel, LiteralPatternMatchesItsNameOnly) {
+  const std::string name = "a.b*c+(d)[e]{f}|g^h$i?j\\k";
+  EXPECT_TRUE(std::regex_match(name, std::regex(literal_pattern(name))));
+  EXPECT_FALSE(std::regex_match("CAM1x", std::regex(literal_pattern("CAM1."))));
+}
+
 TEST(Channel, PatternMatchesItsOwnOnly) {
   const std::regex any(channel_pattern("", ChannelKind::kImage));
   EXPECT_TRUE(std::regex_match("eifmap.cam_1.image", any));
