@@ -311,7 +311,8 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     ObservedFrame observed;
     {
       const Step step(state.observer, "observe");
-      observed = observe(frame, state.camera, state.options.map_sign);
+      observed = observe(frame, state.camera, state.options.map_sign,
+                         state.options.sigma_factor);
     }
     if (!state.live)
       state.start_map(std::move(observed), result);

@@ -30,8 +30,9 @@ int InformationFilter::add_pose(const Rigid3& world_from_camera) {
   return num_poses() - 1;
 }
 
-int InformationFilter::add_landmark(const Eigen::Vector3d& position) {
-  landmarks_.push_back({position, {}});
+int InformationFilter::add_landmark(const Eigen::Vector3d& position,
+                                    const Eigen::Matrix3d& covariance) {
+  landmarks_.push_back({position, covariance, {}});
   return static_cast<int>(landmarks_.size()) - 1;
 }
 
@@ -183,6 +184,8 @@ FilterUpdate InformationFilter::update() {
   }
   linearize_moved();  // so that the edges' residuals and the next update start from the mean
   drop_outliers(result);
+  for (FilterLandmark& landmark : landmarks_)
+    if (!landmark.measurements.empty()) landmark.covariance = landmark_covariance(landmark);
   return result;
 }
 

@@ -132,4 +132,11 @@ Eigen::Vector3d landmark_step(const FilterLandmark& landmark, const Eigen::Vecto
   return v.llt().solve(b);
 }
 
+Eigen::Matrix3d landmark_covariance(const FilterLandmark& landmark) {
+  Eigen::Matrix3d v;
+  Eigen::Vector3d b;
+  sum_landmark(landmark, v, b);
+  return v.llt().solve(Eigen::Matrix3d::Identity());
+}
+
 }  // namespace eifmap

@@ -30,4 +30,7 @@ void add_scale_gauge(const ScaleGauge& gauge, const Eigen::Vector3d& baseline, B
 // The feature's own step once the poses' is known: V^-1 (b - W' delta).
 Eigen::Vector3d landmark_step(const FilterLandmark& landmark, const Eigen::VectorXd& delta_poses);
 
+// V^-1: the feature's covariance given the poses.
+Eigen::Matrix3d landmark_covariance(const FilterLandmark& landmark);
+
 }  // namespace eifmap

@@ -62,10 +62,11 @@ void Map::remove_track(int track) {
   --num_landmarks_;
 }
 
-void Map::promote(int track, const Eigen::Vector3d& position) {
+void Map::promote(int track, const Eigen::Vector3d& position,
+                  const Eigen::Matrix3d& covariance) {
   Track& t = tracks_.at(track);
   if (t.is_landmark()) throw std::invalid_argument("Map::promote: a landmark already");
-  t.landmark = filter_.add_landmark(position);
+  t.landmark = filter_.add_landmark(position, covariance);
   track_of_landmark_.push_back(track);
   ++num_landmarks_;
   for (const Sight& s : t.sights) {

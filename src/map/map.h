@@ -48,6 +48,9 @@ class Map {
   const Eigen::Vector3d& position(int track) const {
     return filter_.position(tracks_[track].landmark);
   }
+  const Eigen::Matrix3d& position_covariance(int track) const {  // given the poses
+    return filter_.landmark(tracks_[track].landmark).covariance;
+  }
   const InformationFilter& filter() const { return filter_; }
   InformationFilter& filter() { return filter_; }
 
@@ -62,7 +65,7 @@ class Map {
   void remove_sight(int track, int keyframe);
   void remove_track(int track);
   // Puts a candidate with all its sightings into the filter.
-  void promote(int track, const Eigen::Vector3d& position);
+  void promote(int track, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance);
 
   // Updates the filter and lets the map follow what it dropped.
   FilterUpdate update();

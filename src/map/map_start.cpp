@@ -36,7 +36,7 @@ Pair relate(const ObservedFrame& i, const ObservedFrame& j, const Camera& camera
 
 struct StartPoint {
   Match match;
-  Eigen::Vector3d position;
+  TriangulatedPoint point;
 };
 
 // Omega_m matches that triangulate with a certain depth; the first baseline has length 1.
@@ -52,7 +52,7 @@ std::vector<StartPoint> certain_points(const ObservedFrame& i, const ObservedFra
     const TriangulatedPoint point = triangulate(sightings);
     if (point.valid && point.relative_depth_sigma < options.start.max_relative_depth &&
         point.max_error < options.landmark.max_error)
-      points.push_back({m, point.point});
+      points.push_back({m, point});
   }
   return points;
 }
@@ -105,7 +105,7 @@ Map build_map(const ObservedFrame& i, const ObservedFrame& j, const Pair& pair,
   for (const StartPoint& point : points) {
     const int track = map.add_track({0, point.match.a});
     map.add_sight(track, {1, point.match.b});
-    map.promote(track, point.position);
+    map.promote(track, point.point.point, point.point.covariance);
   }
   std::vector<Match> edge;
   for (std::size_t k = 0; k < pair.p.size(); ++k)

@@ -22,7 +22,8 @@ struct ObservedFrame {
   }
 };
 
-// `map_sign`: the Laplacian sign of Omega_m.
-ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, int map_sign);
+// `map_sign`: the Laplacian sign of Omega_m. `sigma_factor`: MapperOptions.
+ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, int map_sign,
+                      double sigma_factor);
 
 }  // namespace eifmap

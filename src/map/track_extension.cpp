@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "geometry/triangulation.h"
+#include "map/epipolar_match.h"
 #include "map/keyframe_insertion.h"
 
 namespace eifmap {
@@ -10,25 +11,13 @@ namespace {
 constexpr double kDegree = M_PI / 180;
 
 // The keyframe's features of Omega_m that no landmark explains yet.
-FeatureGroup open_features(const Keyframe& keyframe, const Map& map) {
-  FeatureGroup open;
-  const FeatureGroup& all = keyframe.observed.omega_m;
-  for (int place = 0; place < all.size(); ++place) {
-    const int track = keyframe.track[all.index[place]];
-    if (track != kNoTrack && map.track(track).is_landmark()) continue;
-    open.index.push_back(all.index[place]);
-    const auto first = all.descriptors.begin() + static_cast<std::ptrdiff_t>(place) * kDescriptorSize;
-    open.descriptors.insert(open.descriptors.end(), first, first + kDescriptorSize);
+std::vector<int> open_features(const Keyframe& keyframe, const Map& map) {
+  std::vector<int> open;
+  for (int keypoint : keyframe.observed.omega_m.index) {
+    const int track = keyframe.track[keypoint];
+    if (track == kNoTrack || !map.track(track).is_landmark()) open.push_back(keypoint);
   }
   return open;
-}
-
-RelativePose relative_pose(const Rigid3& world_from_i, const Rigid3& world_from_j) {
-  const Rigid3 i_from_j = world_from_i.inverse() * world_from_j;
-  RelativePose relative;
-  relative.i_from_j = i_from_j.rotation;
-  relative.direction = i_from_j.translation.normalized();
-  return relative;
 }
 
 TriangulatedPoint triangulate_track(const Map& map, const Track& track) {
@@ -86,20 +75,18 @@ int extend_tracks(Map& map, int keyframe, const MapperOptions& options) {
   std::vector<int> neighbours = map.covisible(keyframe, 1 + options.landmark.neighbours);
   neighbours.erase(neighbours.begin());
   const double depth = map.median_depth(keyframe);
+  const EpipolarMatchOptions along{options.landmark.max_error, options.match.max_ratio,
+                                   options.match.max_distance};
   std::vector<int> touched;
   for (int k : neighbours) {
     const double baseline = (map.pose(k).translation - map.pose(keyframe).translation).norm();
     if (baseline < 0.01 * depth) continue;  // no epipolar line to check against
-    const RelativePose relative = relative_pose(map.pose(k), map.pose(keyframe));
     const ObservedFrame& old_frame = map.keyframe(k).observed;
-    const ObservedFrame& new_frame = map.keyframe(keyframe).observed;
-    const FeatureGroup open = open_features(map.keyframe(keyframe), map);
-    for (const Match& m : match(old_frame.omega_m, open, options.match)) {
-      const Correspondence pair{old_frame.x[m.a], new_frame.x[m.b], old_frame.sigma[m.a],
-                                new_frame.sigma[m.b]};
-      if (std::abs(sampson_residual(pair, relative)) > options.landmark.max_error) continue;
+    const std::vector<Match> matches = match_along_epipolar_lines(
+        old_frame, old_frame.omega_m.index, map.keyframe(keyframe).observed,
+        open_features(map.keyframe(keyframe), map), map.pose(k), map.pose(keyframe), along);
+    for (const Match& m : matches)
       take_match(map, {keyframe, m.b}, {k, m.a}, options.landmark, touched);
-    }
   }
   std::sort(touched.begin(), touched.end());
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
@@ -107,7 +94,7 @@ int extend_tracks(Map& map, int keyframe, const MapperOptions& options) {
   for (int track : touched) {
     const TriangulatedPoint point = triangulate_track(map, map.track(track));
     if (!good_enough(map, map.track(track), point, options.landmark)) continue;
-    map.promote(track, point.point);
+    map.promote(track, point.point, point.covariance);
     ++promoted;
   }
   return promoted;

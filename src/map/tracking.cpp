@@ -1,8 +1,10 @@
 #include "map/tracking.h"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
+#include "geometry/projection.h"
 #include "map/guided_search.h"
 
 namespace eifmap {
@@ -22,17 +24,26 @@ std::vector<Correspondence> correspondences(const ObservedFrame& i, const Observ
   return all;
 }
 
-MapObservation map_observation(const Map& map, const ObservedFrame& observed,
-                               const LandmarkSight& sight) {
-  return {map.position(sight.track), observed.x[sight.keypoint], observed.sigma[sight.keypoint]};
-}
-
+// The landmark's own uncertainty, as it shows from the pose, is a part of the measurement's sigma: a
+// young landmark may be off by pixels along its ray and still be right.
 std::vector<MapObservation> map_observations(const Map& map, const ObservedFrame& observed,
+                                             const Rigid3& world_from_camera,
                                              const std::vector<LandmarkSight>& sights) {
+  const Projector projector(world_from_camera);
   std::vector<MapObservation> observations;
   observations.reserve(sights.size());
-  for (const LandmarkSight& sight : sights)
-    observations.push_back(map_observation(map, observed, sight));
+  for (const LandmarkSight& sight : sights) {
+    const double sigma = observed.sigma[sight.keypoint];
+    MapObservation observation{map.position(sight.track), observed.x[sight.keypoint], sigma};
+    Eigen::Vector2d x;
+    Eigen::Matrix<double, 2, 3> d_point;
+    if (projector(observation.point, x, nullptr, &d_point)) {
+      const Eigen::Matrix2d shown =
+          d_point * map.position_covariance(sight.track) * d_point.transpose();
+      observation.sigma = std::sqrt(sigma * sigma + shown.trace());
+    }
+    observations.push_back(observation);
+  }
   return observations;
 }
 
@@ -68,7 +79,8 @@ void refine_on_local_map(const Map& map, const ObservedFrame& observed,
   const std::vector<LandmarkSight> found =
       search_landmarks(map, observed, tracking.world_from_camera, local, radius, options.match);
   const AbsolutePose refined = refine_absolute_pose(
-      tracking.world_from_camera, map_observations(map, observed, found), options.absolute_pose);
+      tracking.world_from_camera,
+      map_observations(map, observed, tracking.world_from_camera, found), options.absolute_pose);
   tracking.num_matches = static_cast<int>(found.size());
   tracking.sights.clear();
   for (std::size_t k = 0; k < found.size(); ++k)
@@ -89,7 +101,8 @@ bool try_pose(const Map& map, const ObservedFrame& observed, const Rigid3& guess
               const std::vector<LandmarkSight>& sights, PoseSource source,
               const MapperOptions& options, Tracking& tracking) {
   const AbsolutePose pose =
-      refine_absolute_pose(guess, map_observations(map, observed, sights), options.absolute_pose);
+      refine_absolute_pose(
+      guess, map_observations(map, observed, guess, sights), options.absolute_pose);
   if (!pose.ok()) return false;
   tracking.world_from_camera = pose.world_from_camera;
   tracking.source = source;
@@ -102,7 +115,7 @@ bool try_scale_fit(const Map& map, const ObservedFrame& observed, const Rigid3& 
                    Tracking& tracking) {
   const Rigid3 guess = guess_along_line(map, tracking.reference, tracking.relative.pose, last);
   const ScaleFit fit = fit_scale(map.pose(tracking.reference).translation, guess,
-                                 map_observations(map, observed, sights), options.scale_fit);
+                                 map_observations(map, observed, guess, sights), options.scale_fit);
   if (!fit.ok()) return false;
   return try_pose(map, observed, fit.world_from_j, sights, PoseSource::kScaleFit, options,
                   tracking);
@@ -121,8 +134,8 @@ bool try_map_alone(const Map& map, const ObservedFrame& observed, const Rigid3& 
 bool try_pnp(const Map& map, const ObservedFrame& observed,
              const std::vector<LandmarkSight>& sights, PoseSource source,
              const MapperOptions& options, Tracking& tracking) {
-  const AbsolutePose pose = solve_pnp(map_observations(map, observed, sights),
-                                      map.radians_per_pixel(), options.absolute_pose);
+  const AbsolutePose pose = solve_pnp(
+      map_observations(map, observed, map.pose(tracking.reference), sights), map.radians_per_pixel(), options.absolute_pose);
   if (!pose.ok()) return false;
   tracking.world_from_camera = pose.world_from_camera;
   tracking.source = source;

@@ -162,7 +162,7 @@ TEST(InformationFilter, FollowsTheEquationToTheLetterWhenNeverLinearizedAgain) {
 
 TEST(InformationFilter, RefusesMisuse) {
   InformationFilter filter({}, 0.002);
-  const int landmark = filter.add_landmark({0, 0, 5});
+  const int landmark = filter.add_landmark({0, 0, 5}, Eigen::Matrix3d::Identity());
   EXPECT_THROW(filter.add_measurement(landmark, 0, {0, 0}, 1), std::invalid_argument);
   filter.add_pose({});
   EXPECT_THROW(filter.add_measurement(landmark, 0, {0, 0}, 0), std::invalid_argument);

@@ -52,7 +52,7 @@ inline FilterWorld make_filter_world(const FilterWorldOptions& o, const FilterOp
         seen.emplace_back(p, x + o.noise_px * o.pixel * Eigen::Vector2d(random.normal(), random.normal()));
     }
     if (seen.size() < 3) continue;
-    const int landmark = world.filter.add_landmark(point + noise3(5 * o.start_error));
+    const int landmark = world.filter.add_landmark(point + noise3(5 * o.start_error), Eigen::Matrix3d::Zero());
     for (const auto& [p, x] : seen)
       world.filter.add_measurement(landmark, p, x, o.noise_px * o.pixel);
   }
