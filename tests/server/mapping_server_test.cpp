@@ -40,8 +40,13 @@ class Network {
       const Decoded<status_t> status = decode_status(bytes);
       EXPECT_TRUE(status.ok()) << status.detail;
       statuses.push_back(status.value);
+      ++status_count;
+      stopped_ = status.value.state == status_t::STATE_STOPPING;
     });
     server.emplace(config, bus_);
+    // Subscribed after the server, so handed out after it: what is counted, the server has.
+    listener_.subscribe("eifmap\\..*\\.(calibration|image|features)", 0,
+                        [this](const std::string&, Bytes) { ++handed_out_; });
     dispatcher_ = std::thread([this] {
       while (!done_) bus_.receive(10ms);
     });
@@ -50,6 +55,7 @@ class Network {
 
   void publish(const Channel& channel, Bytes bytes) {
     bus_.publish(channel_name(channel.camera, channel.kind), bytes);
+    ++published_;
   }
   void publish(const FeatureFrame& frame) {
     publish({frame.camera, ChannelKind::kFeatures}, encode(to_message(frame)));
@@ -58,21 +64,28 @@ class Network {
     publish({name, ChannelKind::kCalibration}, encode(to_message(NamedCamera{1, name, camera})));
   }
 
-  // Stops the server, hands out what it published, and ends: the lists below may then be read.
+  // Waits until the server has mapped all that was published.
+  void settle() {
+    for (int i = 0; i < 60000 && handed_out_ < published_; ++i) std::this_thread::sleep_for(1ms);
+    ASSERT_EQ(handed_out_, published_);
+    ASSERT_TRUE(server->wait_until_idle(60s));
+  }
+
+  // Stops the server and waits for its last word: the lists below may then be read.
   void finish() {
     if (!dispatcher_.joinable()) return;
     server->stop();
-    std::this_thread::sleep_for(50ms);
+    for (int i = 0; i < 60000 && !stopped_; ++i) std::this_thread::sleep_for(1ms);
+    EXPECT_TRUE(stopped_);
     done_ = true;
     dispatcher_.join();
-    while (lcm_->handleTimeout(50) > 0) {
-    }
   }
 
   std::optional<MappingServer> server;
   std::vector<FrameResult> poses;
   MapAssembler map;
   std::vector<status_t> statuses;
+  std::atomic<int> status_count = 0;
 
  private:
   void listen(ChannelKind kind, std::function<void(Bytes)> handler) {
@@ -82,7 +95,8 @@ class Network {
 
   std::shared_ptr<lcm::LCM> lcm_;
   LcmBus bus_, listener_;
-  std::atomic<bool> done_ = false;
+  std::atomic<bool> done_ = false, stopped_ = false;
+  std::atomic<int> published_ = 0, handed_out_ = 0;
   std::thread dispatcher_;
 };
 
@@ -98,11 +112,7 @@ TEST(MappingServer, PublishesWhatTheMapperSaysToTheBit) {
   Network network(lossless());
   network.publish(synthetic_camera());
   for (int i = 0; i < kFrames; ++i) network.publish(stream.frame(i));
-  // All is in the network's queue or further; the last pose tells that it went through.
-  for (int i = 0; i < 3000 && !network.server->wait_until_idle(100ms); ++i) {
-  }
-  std::this_thread::sleep_for(300ms);
-  ASSERT_TRUE(network.server->wait_until_idle(60s));
+  network.settle();
   network.finish();
 
   Mapper mapper(synthetic_camera(), {});
@@ -143,8 +153,7 @@ TEST(MappingServer, NewestAccountsForEveryFrame) {
   Network network(ServerConfig{});
   network.publish(synthetic_camera());
   for (int i = 0; i < kFrames; ++i) network.publish(stream.frame(i, 0.02));
-  std::this_thread::sleep_for(300ms);
-  ASSERT_TRUE(network.server->wait_until_idle(60s));
+  network.settle();
   network.finish();
   const status_t& last = network.statuses.back();
   EXPECT_EQ(last.frames_received, kFrames);
@@ -160,17 +169,15 @@ TEST(MappingServer, StatusSaysWhatIsWrong) {
   const SyntheticStream stream;
   Network network(lossless());
   network.publish(stream.frame(0));
-  std::this_thread::sleep_for(100ms);
   network.publish({"cam0", ChannelKind::kFeatures}, std::vector<std::uint8_t>(100, 7));
   network.publish(synthetic_camera());
   network.publish({"cam0", ChannelKind::kFeatures}, std::vector<std::uint8_t>(100, 7));
   network.publish(stream.frame(1));
   FeatureFrame foreign = stream.frame(2);
   foreign.camera = "cam1";
-  std::this_thread::sleep_for(300ms);
+  network.settle();
   network.publish(foreign);
-  std::this_thread::sleep_for(300ms);
-  ASSERT_TRUE(network.server->wait_until_idle(60s));
+  network.settle();
   network.finish();
   bool no_calibration = false;
   for (const status_t& status : network.statuses)
@@ -203,7 +210,7 @@ TEST(MappingServer, StatusComesWithoutAnyInput) {
   ServerConfig config;
   config.status_period_s = 0.02;
   Network network(config);
-  std::this_thread::sleep_for(300ms);
+  for (int i = 0; i < 60000 && network.status_count < 3; ++i) std::this_thread::sleep_for(1ms);
   network.finish();
   EXPECT_GE(network.statuses.size(), 3u);
   EXPECT_EQ(network.statuses.front().state, status_t::STATE_WAITING);
