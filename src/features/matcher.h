@@ -18,8 +18,8 @@ int descriptor_distance(const std::int8_t* a, const std::int8_t* b);
 // The features of one sign of a frame: a contiguous copy of their descriptors and where they came
 // from.
 struct FeatureGroup {
-  std::vector<int> index;                 // keypoint in the frame
-  std::vector<std::int8_t> descriptors;   // kDescriptorSize per entry of index
+  std::vector<int> index;                // keypoint in the frame
+  std::vector<std::int8_t> descriptors;  // kDescriptorSize per entry of index
   int size() const { return static_cast<int>(index.size()); }
 };
 
@@ -27,16 +27,16 @@ struct FeatureGroup {
 FeatureGroup features_of_sign(const FeatureFrame& frame, int laplacian_sign);
 
 struct MatchOptions {
-  double max_ratio = 0.8;           // of the distance (not squared) to that of the second best
-  double max_distance = 0.6;        // of unit vectors, not squared
-  bool mutual = true;               // each is the other's best
+  double max_ratio = 0.8;     // of the distance (not squared) to that of the second best
+  double max_distance = 0.6;  // of unit vectors, not squared
+  bool mutual = true;         // each is the other's best
 
   std::string problem() const;
 };
 
 struct Match {
-  int a = 0, b = 0;   // keypoint indices in the two frames
-  int distance = 0;   // squared, as descriptor_distance
+  int a = 0, b = 0;  // keypoint indices in the two frames
+  int distance = 0;  // squared, as descriptor_distance
 };
 
 // All of a against all of b; sorted by a. Deterministic: ties go to the lower index.

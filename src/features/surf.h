@@ -1,5 +1,6 @@
-// Upright SURF of our own (H. Bay et al., Speeded-Up Robust Features, CVIU 2008): box-filter Hessian
-// determinant over an integral image, sub-pixel maxima, sign of the Laplacian, 64-D descriptor.
+// Upright SURF of our own (H. Bay et al., Speeded-Up Robust Features, CVIU 2008): box-filter
+// Hessian determinant over an integral image, sub-pixel maxima, sign of the Laplacian, 64-D
+// descriptor.
 #pragma once
 
 #include <opencv2/core.hpp>

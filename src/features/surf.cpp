@@ -1,0 +1,136 @@
+#include "features/surf.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <tuple>
+
+#include "features/blob_detector.h"
+#include "features/feature_spread.h"
+#include "features/integral_image.h"
+#include "features/surf_descriptor.h"
+
+namespace eifmap {
+namespace {
+
+constexpr int kSmallestImage = 32;  // px
+
+// Standard deviation of a blob's place, each axis: measured, see bench.
+float sigma_of(const Blob& blob) {
+  return 0.1f + 0.05f * blob.scale;
+}
+
+// Coarse maxima worth refining: more than wanted, since some turn out to be no maxima or the same.
+std::vector<BlobCandidate> preselect(const std::vector<BlobCandidate>& found, int width, int height,
+                                     std::size_t wanted) {
+  std::vector<Contender> contenders;
+  contenders.reserve(found.size());
+  for (const BlobCandidate& c : found)
+    contenders.push_back({static_cast<float>(c.x), static_cast<float>(c.y), c.response, c.sign});
+  std::vector<BlobCandidate> kept;
+  for (const std::size_t i : spread(contenders, width, height, wanted + wanted / 4 + 16))
+    kept.push_back(found[i]);
+  return kept;
+}
+
+bool comes_before(const Keypoint& a, const Keypoint& b) {
+  return std::tuple(-a.response, a.v, a.u, a.scale) < std::tuple(-b.response, b.v, b.u, b.scale);
+}
+
+std::vector<Keypoint> refine(const IntegralImage& integral,
+                             const std::vector<BlobCandidate>& candidates) {
+  std::vector<Keypoint> keypoints;
+  for (const BlobCandidate& candidate : candidates) {
+    Blob blob;
+    if (!refine_blob(integral, candidate, blob)) continue;
+    keypoints.push_back({.u = blob.u,
+                         .v = blob.v,
+                         .sigma_px = sigma_of(blob),
+                         .scale = blob.scale,
+                         .angle = 0,
+                         .response = blob.response,
+                         .laplacian_sign = static_cast<std::int8_t>(blob.sign)});
+  }
+  return keypoints;
+}
+
+// Neighbouring octaves and neighbouring samples may climb to the same maximum.
+bool same_blob(const Keypoint& a, const Keypoint& b) {
+  return std::abs(a.u - b.u) < 1 && std::abs(a.v - b.v) < 1 &&
+         std::abs(a.scale - b.scale) < 0.25f * std::min(a.scale, b.scale);
+}
+
+void drop_duplicates(std::vector<Keypoint>& keypoints) {
+  std::sort(keypoints.begin(), keypoints.end(), [](const Keypoint& a, const Keypoint& b) {
+    return std::tuple(a.v, a.u, a.scale, -a.response) < std::tuple(b.v, b.u, b.scale, -b.response);
+  });
+  std::vector<bool> dropped(keypoints.size(), false);
+  for (std::size_t i = 0; i < keypoints.size(); ++i)
+    for (std::size_t k = i + 1; k < keypoints.size() && keypoints[k].v - keypoints[i].v < 1; ++k)
+      if (!dropped[i] && !dropped[k] && same_blob(keypoints[i], keypoints[k]))
+        dropped[keypoints[i].response < keypoints[k].response ? i : k] = true;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < keypoints.size(); ++i)
+    if (!dropped[i]) keypoints[kept++] = keypoints[i];
+  keypoints.resize(kept);
+}
+
+std::vector<Keypoint> select(const std::vector<Keypoint>& keypoints, int width, int height,
+                             std::size_t wanted) {
+  std::vector<Contender> contenders;
+  contenders.reserve(keypoints.size());
+  for (const Keypoint& k : keypoints)
+    contenders.push_back({k.u, k.v, k.response, k.laplacian_sign});
+  std::vector<Keypoint> kept;
+  for (const std::size_t i : spread(contenders, width, height, wanted))
+    kept.push_back(keypoints[i]);
+  std::sort(kept.begin(), kept.end(), comes_before);
+  return kept;
+}
+
+}  // namespace
+
+std::string SurfOptions::problem() const {
+  const auto wrong = [](const char* field, auto value, const char* right) {
+    return std::string("surf.") + field + " is " + std::to_string(value) + ": must be " + right;
+  };
+  if (max_features < 1 || max_features > 100000)
+    return wrong("max_features", max_features, "1 to 100000");
+  if (octaves < 1 || octaves > 6) return wrong("octaves", octaves, "1 to 6");
+  if (sampling_step != 1 && sampling_step != 2 && sampling_step != 4)
+    return wrong("sampling_step", sampling_step, "1, 2 or 4");
+  if (!(min_response >= 0) || !(min_response < 1))
+    return wrong("min_response", min_response, "at least 0 and below 1");
+  return "";
+}
+
+SurfExtractor::SurfExtractor(const SurfOptions& options) : options_(options) {
+  if (const std::string problem = options.problem(); !problem.empty())
+    throw std::invalid_argument(problem);
+}
+
+Features SurfExtractor::extract(const cv::Mat& gray) const {
+  if (gray.type() != CV_8UC1) throw std::invalid_argument("surf: the image must be CV_8UC1");
+  if (gray.cols < kSmallestImage || gray.rows < kSmallestImage)
+    throw std::invalid_argument("surf: the image must be at least 32x32");
+
+  const IntegralImage integral(gray);
+  const std::size_t wanted = static_cast<std::size_t>(options_.max_features);
+  const std::vector<BlobCandidate> found =
+      find_blobs(integral, options_.octaves, options_.sampling_step,
+                 static_cast<float>(options_.min_response));
+  std::vector<Keypoint> keypoints =
+      refine(integral, preselect(found, gray.cols, gray.rows, wanted));
+  drop_duplicates(keypoints);
+
+  Features features;
+  features.keypoints = select(keypoints, gray.cols, gray.rows, wanted);
+  features.descriptors.resize(features.keypoints.size() * kDescriptorSize);
+  for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
+    const Keypoint& k = features.keypoints[i];
+    surf_descriptor(integral, k.u, k.v, k.scale, &features.descriptors[i * kDescriptorSize]);
+  }
+  return features;
+}
+
+}  // namespace eifmap
