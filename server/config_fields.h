@@ -47,6 +47,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("ransac_iterations", o.ransac_iterations);
   visit("seed", o.seed);
   visit("min_inlier_ratio", o.min_inlier_ratio);
+  visit("check_planar", o.check_planar);
 }
 
 template <OptionsOf<ScaleFitOptions> O>
@@ -122,6 +123,7 @@ void visit_fields(O& o, auto&& visit) {
 template <OptionsOf<MapperOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("map_sign", o.map_sign);
+  visit("sigma_factor", o.sigma_factor);
   visit("match", o.match);
   visit("relative_pose", o.relative_pose);
   visit("scale_fit", o.scale_fit);
