@@ -1,7 +1,10 @@
-#include <Eigen/Eigenvalues>
-#include <cmath>
+#include "motion/homography.h"
 
-#include "motion/epipolar.h"
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "motion/robust.h"
 
 namespace eifmap {
@@ -31,40 +34,42 @@ double transfer_error(const Correspondence& m, const Eigen::Matrix3d& h) {
   return (m.x_i - x).norm() / std::sqrt(variance);
 }
 
+// Weighted least squares (direct linear transform; coordinates of order 1 need no scaling).
+Eigen::Matrix3d fit(std::span<const Correspondence> matches, const std::vector<double>& weights) {
+  Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
+  for (std::size_t k = 0; k < matches.size(); ++k)
+    if (weights[k] > 0) add_constraints(matches[k], weights[k], normal);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(normal);
+  const Eigen::Matrix<double, 9, 1> h = solver.eigenvectors().col(0);
+  return h.reshaped<Eigen::RowMajor>(3, 3);
+}
+
 }  // namespace
 
 double homography_inlier_ratio(std::span<const Correspondence> matches,
-                               std::span<const std::uint8_t> inlier) {
+                               std::span<const std::uint8_t> chosen) {
+  std::vector<double> weights(matches.size()), errors;
+  for (std::size_t k = 0; k < matches.size(); ++k) weights[k] = chosen[k] ? 1 : 0;
+  double ratio = 0;
   // Nearly all or nothing is asked, so least squares over all with a few rounds of bisquare weights
   // does, and no search is needed.
-  std::vector<double> weights(matches.size()), errors;
-  for (std::size_t k = 0; k < matches.size(); ++k) weights[k] = inlier[k] ? 1 : 0;
-  int chosen = 0, explained = 0;
   for (int round = 0; round < 4; ++round) {
-    Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
+    const Eigen::Matrix3d i_from_j = fit(matches, weights);
+    errors.clear();
     for (std::size_t k = 0; k < matches.size(); ++k)
-      if (weights[k] > 0) add_constraints(matches[k], weights[k], normal);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(normal);
-    const Eigen::Matrix<double, 9, 1> row_major = solver.eigenvectors().col(0);
-    Eigen::Matrix3d h;
-    h << row_major.head<3>().transpose(), row_major.segment<3>(3).transpose(),
-        row_major.tail<3>().transpose();
+      if (chosen[k]) errors.push_back(transfer_error(matches[k], i_from_j));
+    if (errors.empty()) return 0;
+    const auto explained =
+        std::count_if(errors.begin(), errors.end(), [](double e) { return e < kGate; });
+    ratio = static_cast<double>(explained) / static_cast<double>(errors.size());
 
-    errors.assign(matches.size(), 0);
-    std::vector<double> of_chosen;
-    chosen = explained = 0;
-    for (std::size_t k = 0; k < matches.size(); ++k) {
-      if (!inlier[k]) continue;
-      errors[k] = transfer_error(matches[k], h);
-      of_chosen.push_back(errors[k]);
-      ++chosen;
-      explained += errors[k] < kGate;
-    }
-    const double limit = 4.685 * std::max(1.0, kSpreadFromMedian2d * take_median(of_chosen));
+    auto error = errors.begin();
+    std::vector<double> sizes = errors;
+    const double limit = 4.685 * std::max(1.0, kSpreadFromMedian2d * take_median(sizes));
     for (std::size_t k = 0; k < matches.size(); ++k)
-      weights[k] = inlier[k] ? bisquare_weight(errors[k], limit) : 0;
+      if (chosen[k]) weights[k] = bisquare_weight(*error++, limit);
   }
-  return chosen == 0 ? 0 : static_cast<double>(explained) / chosen;
+  return ratio;
 }
 
 }  // namespace eifmap

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "motion/epipolar.h"
+#include "motion/essential.h"
+#include "motion/homography.h"
 
 namespace eifmap {
 namespace {

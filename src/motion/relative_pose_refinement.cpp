@@ -2,9 +2,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "geometry/rigid3.h"
-#include "motion/epipolar.h"
+#include "motion/epipolar_geometry.h"
 #include "motion/robust.h"
 
 namespace eifmap {
@@ -20,63 +21,35 @@ constexpr double kInlierSigma = 3.0;  // of a whitened Sampson residual
 // The spread of the whitened residuals is 1 if the sigmas are right; estimates beyond these come
 // from outliers, or from too few points.
 constexpr double kMinSpread = 0.5, kMaxSpread = 2.5;
+// A match moves the pose by its leverage. Wrong matches that happen to lie near their epipolar
+// lines have random, mostly huge parallax: a handful of them at 40 % outliers doubled the
+// direction's error. Above this many times the median, leverage is cut (C. Mallows' weights).
+constexpr double kMaxLeverage = 4;
+// Of the information on a direction of the parameters, the share that may be noise (see
+// EpipolarGeometry::jacobian_noise) before the covariance stops growing.
+constexpr double kMaxNoiseShare = 0.8;
 
-// A pose prepared for many matches.
-struct Epipolar {
-  explicit Epipolar(const RelativePose& pose)
-      : r(pose.i_from_j.toRotationMatrix()), t(pose.direction), basis(sphere_basis(t)) {}
-  Eigen::Matrix3d r;
-  Eigen::Vector3d t;
-  Eigen::Matrix<double, 3, 2> basis;
+// A match that takes part.
+struct Member {
+  std::size_t match;
+  double trust = 1;  // weight besides the bisquare one
 };
-
-double whitened_sampson(const Correspondence& match, const Epipolar& e, RowVector5d* jacobian) {
-  const Eigen::Vector3d x_i = match.x_i.homogeneous(), x_j = match.x_j.homogeneous();
-  const Eigen::Vector3d y = e.r * x_j;
-  const Eigen::Vector3d line_i = e.t.cross(y);                      // E x_j
-  const Eigen::Vector3d line_j = e.r.transpose() * x_i.cross(e.t);  // E' x_i
-  const double si2 = match.sigma_i * match.sigma_i, sj2 = match.sigma_j * match.sigma_j;
-  // First-order variance of the algebraic residual x_i' E x_j.
-  const double variance =
-      si2 * line_i.head<2>().squaredNorm() + sj2 * line_j.head<2>().squaredNorm();
-  if (!(variance > 0)) {
-    if (jacobian) jacobian->setZero();
-    return 0;  // both points on the epipoles: the match says nothing
-  }
-  const double algebraic = x_i.dot(line_i);
-  const double inverse_sigma = 1 / std::sqrt(variance);
-  if (jacobian) {
-    // With R <- R Exp(w): y moves by R (w x x_j), E' x_i by line_j x w; t moves by basis ab.
-    // Derivatives of the weighted lines, contracted: k = variance gradient / 2 on each side.
-    const Eigen::Vector3d k_i(si2 * line_i.x(), si2 * line_i.y(), 0);
-    const Eigen::Vector3d k_j(sj2 * line_j.x(), sj2 * line_j.y(), 0);
-    const double half = algebraic / variance;
-    // d(algebraic) - half d(variance)/... : both are linear in the lines' changes.
-    const Eigen::Vector3d on_line_i = x_i - half * k_i;
-    const Eigen::Vector3d on_y = on_line_i.cross(e.t);
-    const Eigen::Vector3d on_t = y.cross(on_line_i) - half * (e.r * k_j).cross(x_i);
-    jacobian->head<3>() =
-        (x_j.cross(e.r.transpose() * on_y) - half * k_j.cross(line_j)).transpose();
-    jacobian->tail<2>() = on_t.transpose() * e.basis;
-    *jacobian *= inverse_sigma;
-  }
-  return algebraic * inverse_sigma;
-}
 
 struct Normal {
   Matrix5d information = Matrix5d::Zero();
   Vector5d gradient = Vector5d::Zero();
+  double cost = 0;
 };
 
-// Weighted normal equations; `spread` is measured on the way (of residuals below the limit).
-Normal linearize(std::span<const Correspondence> matches, const std::vector<std::size_t>& active,
+Normal linearize(std::span<const Correspondence> matches, const std::vector<Member>& members,
                  const RelativePose& pose, double limit) {
-  const Epipolar epipolar(pose);
+  const EpipolarGeometry geometry(pose);
   Normal normal;
   RowVector5d jacobian;
-  for (std::size_t k : active) {
-    const double residual = whitened_sampson(matches[k], epipolar, &jacobian);
-    const double weight = bisquare_weight(residual, limit);
+  for (const Member& m : members) {
+    const double residual = geometry.residual(matches[m.match], &jacobian);
+    normal.cost += m.trust * bisquare_cost(residual, limit);
+    const double weight = m.trust * bisquare_weight(residual, limit);
     if (weight == 0) continue;
     normal.information.noalias() += weight * jacobian.transpose() * jacobian;
     normal.gradient.noalias() -= weight * residual * jacobian.transpose();
@@ -84,23 +57,23 @@ Normal linearize(std::span<const Correspondence> matches, const std::vector<std:
   return normal;
 }
 
-double cost_of(std::span<const Correspondence> matches, const std::vector<std::size_t>& active,
+double cost_of(std::span<const Correspondence> matches, const std::vector<Member>& members,
                const RelativePose& pose, double limit) {
-  const Epipolar epipolar(pose);
+  const EpipolarGeometry geometry(pose);
   double cost = 0;
-  for (std::size_t k : active)
-    cost += bisquare_cost(whitened_sampson(matches[k], epipolar, nullptr), limit);
+  for (const Member& m : members)
+    cost += m.trust * bisquare_cost(geometry.residual(matches[m.match]), limit);
   return cost;
 }
 
 // Of the residuals below `limit`, clamped.
-double spread_of(std::span<const Correspondence> matches, const std::vector<std::size_t>& active,
+double spread_of(std::span<const Correspondence> matches, const std::vector<Member>& members,
                  const RelativePose& pose, double limit) {
-  const Epipolar epipolar(pose);
+  const EpipolarGeometry geometry(pose);
   std::vector<double> sizes;
-  sizes.reserve(active.size());
-  for (std::size_t k : active) {
-    const double size = std::abs(whitened_sampson(matches[k], epipolar, nullptr));
+  sizes.reserve(members.size());
+  for (const Member& m : members) {
+    const double size = std::abs(geometry.residual(matches[m.match]));
     if (size < limit) sizes.push_back(size);
   }
   return std::clamp(kSpreadFromMedian1d * take_median(sizes), kMinSpread, kMaxSpread);
@@ -113,81 +86,115 @@ RelativePose moved(const RelativePose& pose, const Vector5d& step) {
   return result;
 }
 
-// Levenberg-Marquardt; the spread follows the residuals in the first steps, then stands still so
-// that the cost has a minimum to settle in. Returns the spread.
-double minimize(std::span<const Correspondence> matches, const std::vector<std::size_t>& active,
-                RelativePose& pose) {
-  constexpr int kSpreadSteps = 6, kSteps = 25;
-  double spread = kMaxSpread, damping = 1e-4;
+// Levenberg-Marquardt from `spread` on; the spread follows the residuals in the first steps, then
+// stands still so that the cost has a minimum to settle in.
+void minimize(std::span<const Correspondence> matches, const std::vector<Member>& members,
+              RelativePose& pose, double& spread) {
+  constexpr int kSpreadSteps = 5, kSteps = 25;
+  double damping = 1e-4;
   for (int iteration = 0; iteration < kSteps; ++iteration) {
-    if (iteration < kSpreadSteps) spread = spread_of(matches, active, pose, kBisquare * spread);
+    if (iteration < kSpreadSteps) spread = spread_of(matches, members, pose, kBisquare * spread);
     const double limit = kBisquare * spread;
-    const Normal normal = linearize(matches, active, pose, limit);
+    const Normal normal = linearize(matches, members, pose, limit);
     Matrix5d damped = normal.information;
     damped.diagonal() *= 1 + damping;
     const Vector5d step = damped.ldlt().solve(normal.gradient);
-    if (!step.allFinite()) break;
+    if (!step.allFinite()) return;
     const RelativePose candidate = moved(pose, step);
-    if (cost_of(matches, active, candidate, limit) <= cost_of(matches, active, pose, limit)) {
+    if (cost_of(matches, members, candidate, limit) <= normal.cost) {
       pose = candidate;
       damping = std::max(1e-9, damping / 10);
       // A hundredth of a standard deviation: noise decides the rest.
-      if (iteration >= kSpreadSteps && step.dot(normal.information * step) < 1e-4) break;
+      if (iteration > 1 && step.dot(normal.information * step) < 1e-4) return;
     } else {
       damping *= 10;
-      if (damping > 1e6) break;
+      if (damping > 1e6) return;
     }
   }
-  return spread;
 }
 
-// Linear, from the agreeing matches; never better than their own scatter.
-bool set_covariance(std::span<const Correspondence> matches,
-                    const std::vector<std::size_t>& agreeing, double spread, RelativePose& pose) {
-  const Normal normal = linearize(matches, agreeing, pose, kBisquare * spread);
-  const Eigen::LLT<Matrix5d> factor(normal.information);
-  if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-12)) return false;
-  const double scale = std::max(1.0, spread * spread);
-  pose.covariance = scale * factor.solve(Matrix5d::Identity());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
+void drop_behind(std::span<const Correspondence> matches, const RelativePose& pose,
+                 std::vector<Member>& members) {
+  const EpipolarGeometry geometry(pose);
+  std::erase_if(members, [&](const Member& m) {
+    return geometry.depth_sign(matches[m.match]) == DepthSign::kBehind;
+  });
+}
+
+// False when the information is singular.
+bool bound_leverage(std::span<const Correspondence> matches, const RelativePose& pose, double limit,
+                    std::vector<Member>& members) {
+  const Eigen::LLT<Matrix5d> factor(linearize(matches, members, pose, limit).information);
+  if (factor.info() != Eigen::Success) return false;
+  const EpipolarGeometry geometry(pose);
+  std::vector<double> leverages(members.size()), of_near;
+  RowVector5d jacobian;
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    const double residual = geometry.residual(matches[members[k].match], &jacobian);
+    leverages[k] = factor.matrixL().solve(jacobian.transpose()).squaredNorm();
+    if (std::abs(residual) < limit) of_near.push_back(leverages[k]);
+  }
+  const double usual = take_median(of_near);
+  for (std::size_t k = 0; k < members.size(); ++k)
+    if (leverages[k] > kMaxLeverage * usual) members[k].trust = kMaxLeverage * usual / leverages[k];
+  return true;
+}
+
+// (H' M^-1 H)^-1 with M the information as measured and H = M - N the part of it that is not noise:
+// the noise N of the Jacobians enters the gradient, but does not hold the pose in place.
+bool set_covariance(std::span<const Correspondence> matches, const std::vector<Member>& members,
+                    double spread, RelativePose& pose) {
+  const double limit = kBisquare * spread;
+  const Eigen::LLT<Matrix5d> measured(linearize(matches, members, pose, limit).information);
+  if (measured.info() != Eigen::Success || !(measured.rcond() > 1e-12)) return false;
+  Matrix5d noise = Matrix5d::Zero();
+  const EpipolarGeometry geometry(pose);
+  for (const Member& m : members) {
+    const Correspondence& match = matches[m.match];
+    noise.bottomRightCorner<2, 2>() +=
+        m.trust * bisquare_weight(geometry.residual(match), limit) * geometry.jacobian_noise(match);
+  }
+  // In coordinates where M = L L' is the identity, N is symmetric with eigenvalues 0 to 1.
+  const Matrix5d half = measured.matrixL().solve(noise);
+  const Matrix5d share = measured.matrixL().solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<Matrix5d> solver(share);
+  const Vector5d kept = 1 - solver.eigenvalues().array().min(kMaxNoiseShare);
+  const Matrix5d root =
+      measured.matrixU().solve(Matrix5d(solver.eigenvectors() * kept.cwiseInverse().asDiagonal()));
+  pose.covariance = std::max(1.0, spread * spread) * root * root.transpose();
+
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> of_direction(
       pose.covariance.bottomRightCorner<2, 2>(), Eigen::EigenvaluesOnly);
-  pose.sigma_direction = std::sqrt(solver.eigenvalues().maxCoeff());
+  pose.sigma_direction = std::sqrt(of_direction.eigenvalues().maxCoeff());
   return std::isfinite(pose.sigma_direction);
 }
 
 }  // namespace
 
-double sampson_residual(const Correspondence& match, const RelativePose& pose,
-                        RowVector5d* jacobian) {
-  return whitened_sampson(match, Epipolar(pose), jacobian);
-}
-
 bool refine_relative_pose(std::span<const Correspondence> matches, double /*radians_per_pixel*/,
                           RelativePose& pose, std::vector<std::uint8_t>& inlier) {
   if (inlier.empty()) inlier.assign(matches.size(), 1);
-  std::vector<std::size_t> active;
+  std::vector<Member> members;
   for (std::size_t k = 0; k < matches.size(); ++k)
-    if (inlier[k]) active.push_back(k);
-
+    if (inlier[k]) members.push_back({k});
   std::fill(inlier.begin(), inlier.end(), 0);
-  if (active.size() < kMinInliers) return false;
-  double spread = minimize(matches, active, pose);
-  // Wrong matches on the epipolar line show by a point behind the cameras.
-  const Eigen::Matrix3d r = pose.i_from_j.toRotationMatrix();
-  const auto behind = [&](std::size_t k) {
-    return depth_sign(matches[k], r, pose.direction) == DepthSign::kBehind;
-  };
-  if (std::erase_if(active, behind) > 0 && active.size() >= kMinInliers)
-    spread = minimize(matches, active, pose);
+  if (members.size() < kMinInliers) return false;
 
-  const Epipolar epipolar(pose);
-  std::vector<std::size_t> agreeing;
-  for (std::size_t k : active) {
-    const double limit = kInlierSigma * std::max(1.0, spread);
-    if (std::abs(whitened_sampson(matches[k], epipolar, nullptr)) < limit) agreeing.push_back(k);
-  }
-  for (std::size_t k : agreeing) inlier[k] = 1;
-  return agreeing.size() >= kMinInliers && set_covariance(matches, agreeing, spread, pose);
+  double spread = kMaxSpread;
+  minimize(matches, members, pose, spread);
+  // Wrong matches on the epipolar line show by a point behind the cameras, or by leverage.
+  drop_behind(matches, pose, members);
+  if (!bound_leverage(matches, pose, kBisquare * spread, members)) return false;
+  minimize(matches, members, pose, spread);
+  drop_behind(matches, pose, members);
+
+  const EpipolarGeometry geometry(pose);
+  const double limit = kInlierSigma * std::max(1.0, spread);
+  std::erase_if(members, [&](const Member& m) {
+    return !(std::abs(geometry.residual(matches[m.match])) < limit);
+  });
+  for (const Member& m : members) inlier[m.match] = 1;
+  return members.size() >= kMinInliers && set_covariance(matches, members, spread, pose);
 }
 
 }  // namespace eifmap

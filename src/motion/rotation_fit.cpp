@@ -22,9 +22,12 @@ struct Bearings {
 std::vector<Bearings> bearings_of(std::span<const Correspondence> matches, double floor) {
   std::vector<Bearings> bearings;
   bearings.reserve(matches.size());
-  for (const Correspondence& m : matches)
-    bearings.push_back({m.x_i.homogeneous().normalized(), m.x_j.homogeneous().normalized(),
-                        std::max(floor, kInlierSigma * std::hypot(m.sigma_i, m.sigma_j))});
+  for (const Correspondence& m : matches) {
+    const double limit = std::max(floor, kInlierSigma * std::hypot(m.sigma_i, m.sigma_j));
+    const Eigen::Vector3d f_i = m.x_i.homogeneous().normalized();
+    // Off the axis a step in the image is a smaller angle.
+    bearings.push_back({f_i, m.x_j.homogeneous().normalized(), limit * f_i.z()});
+  }
   return bearings;
 }
 

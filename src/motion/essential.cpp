@@ -1,12 +1,25 @@
-#include "motion/epipolar.h"
+#include "motion/essential.h"
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <array>
 #include <opencv2/calib3d.hpp>
 
+#include "motion/epipolar_geometry.h"
+#include "motion/robust.h"
+
 namespace eifmap {
 namespace {
+
+// A threshold that cuts into the noise makes RANSAC take three times as long.
+constexpr double kInlierSigma = 2.5;
+
+double usual_sigma(std::span<const Correspondence> matches) {
+  std::vector<double> sigmas;
+  sigmas.reserve(matches.size());
+  for (const Correspondence& m : matches) sigmas.push_back(0.5 * (m.sigma_i + m.sigma_j));
+  return take_median(sigmas);
+}
 
 // OpenCV's five-point RANSAC with MAGSAC++ scores. One thread and a state of its own: the same
 // matches always give the same matrix. Its threshold is converted with the camera matrix, so it
@@ -17,14 +30,14 @@ std::optional<Eigen::Matrix3d> find_essential(std::span<const Correspondence> ma
   cv::UsacParams params;
   params.confidence = options.ransac_confidence;
   params.isParallel = false;
-  params.loIterations = 5;
+  params.loIterations = 1;  // the refinement after it is ours
   params.loMethod = cv::LOCAL_OPTIM_SIGMA;
-  params.loSampleSize = 14;
   params.maxIterations = options.ransac_iterations;
   params.randomGeneratorState = options.seed;
   params.sampler = cv::SAMPLING_UNIFORM;
   params.score = cv::SCORE_METHOD_MAGSAC;
-  params.threshold = options.ransac_threshold_px;
+  params.threshold = std::max(options.ransac_threshold_px,
+                              kInlierSigma * usual_sigma(matches) / radians_per_pixel);
 
   const double focal = 1 / radians_per_pixel;
   std::vector<cv::Point2d> pixels_i, pixels_j;
@@ -73,29 +86,17 @@ std::array<RelativePose, 4> decompose(const Eigen::Matrix3d& essential) {
 // Points in front less points behind, of the matches near their epipolar lines.
 int cheirality_votes(std::span<const Correspondence> matches, const RelativePose& pose) {
   constexpr double kNear = 4;  // whitened
-  const Eigen::Matrix3d r = pose.i_from_j.toRotationMatrix();
+  const EpipolarGeometry geometry(pose);
   int votes = 0;
   for (const Correspondence& m : matches) {
-    if (std::abs(sampson_residual(m, pose)) > kNear) continue;
-    const DepthSign sign = depth_sign(m, r, pose.direction);
+    if (std::abs(geometry.residual(m)) > kNear) continue;
+    const DepthSign sign = geometry.depth_sign(m);
     votes += (sign == DepthSign::kInFront) - (sign == DepthSign::kBehind);
   }
   return votes;
 }
 
 }  // namespace
-
-DepthSign depth_sign(const Correspondence& match, const Eigen::Matrix3d& i_from_j,
-                     const Eigen::Vector3d& direction) {
-  // depth_i x_i = depth_j y + t with y = R x_j; crossed with y, and with x_i.
-  const Eigen::Vector3d x = match.x_i.homogeneous(), y = i_from_j * match.x_j.homogeneous();
-  const Eigen::Vector3d normal = x.cross(y);
-  const double noise = 3 * std::hypot(match.sigma_i, match.sigma_j);
-  if (normal.squaredNorm() < noise * noise * x.squaredNorm() * y.squaredNorm())
-    return DepthSign::kUndecided;
-  const bool in_front = direction.cross(y).dot(normal) > 0 && direction.cross(x).dot(normal) > 0;
-  return in_front ? DepthSign::kInFront : DepthSign::kBehind;
-}
 
 std::optional<RelativePose> search_relative_pose(std::span<const Correspondence> matches,
                                                  const Eigen::Quaterniond& rotation,
