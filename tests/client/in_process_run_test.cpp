@@ -1,0 +1,78 @@
+#include "client/demo/in_process_run.h"
+
+#include <gtest/gtest.h>
+
+#include "sequence/temporary_folder.h"
+
+namespace eifmap {
+namespace {
+
+std::unique_ptr<ImageSource> walk(int frames) {
+  SimulationOptions options;
+  options.num_frames = frames;
+  return make_source(SimulatedWorld(options));
+}
+
+bool go_on(int) {
+  return true;
+}
+
+// Images and the features extracted from them make the same trajectory, byte for byte, and what the
+// client logged is what the server says it published.
+TEST(InProcessRun, ImagesAndFeaturesGiveTheSameTrajectory) {
+  const auto source = walk(45);
+  const TemporaryFolder folder;
+  std::string trajectories[2];
+  for (const auto as : {PublishAs::kRaw, PublishAs::kFeatures}) {
+    const auto output = folder.path() / (as == PublishAs::kRaw ? "raw" : "features");
+    const auto result = run_in_process(*source, {output, as}, go_on);
+    EXPECT_EQ(result.problem, "");
+    EXPECT_EQ(result.poses, 45);
+    EXPECT_GT(result.tracked, 25);
+    EXPECT_GT(result.points.size(), 100u);
+    const std::string trajectory = read_text(output / "trajectory.tum");
+    EXPECT_EQ(trajectory, read_text(output / "log" / "trajectory.tum"));
+    trajectories[as == PublishAs::kFeatures] = trajectory;
+  }
+  EXPECT_FALSE(trajectories[0].empty());
+  EXPECT_EQ(trajectories[0], trajectories[1]);
+}
+
+// Some images have too few pixels: the server refuses them, which no pose message tells.
+class DamagedSource : public ImageSource {
+ public:
+  explicit DamagedSource(std::unique_ptr<ImageSource> source) : source_(std::move(source)) {}
+  std::string name() const override { return source_->name(); }
+  int size() const override { return source_->size(); }
+  const Camera& camera() const override { return source_->camera(); }
+  std::vector<TumPose> ground_truth() const override { return {}; }
+  std::int64_t time_us(int i) const override { return source_->time_us(i); }
+  std::optional<FileBytes> jpeg(int) const override { return std::nullopt; }
+  GrayImage gray(int i) const override {
+    GrayImage gray = source_->gray(i);
+    if (i % 3 == 1) gray.image = gray.image.rowRange(0, 100).clone();
+    return gray;
+  }
+
+ private:
+  std::unique_ptr<ImageSource> source_;
+};
+
+TEST(InProcessRun, EndsThoughImagesAreRefused) {
+  const DamagedSource source(walk(20));
+  const TemporaryFolder folder;
+  const auto result = run_in_process(source, {folder.path(), PublishAs::kRaw}, go_on);
+  EXPECT_EQ(result.problem, "");
+  EXPECT_EQ(result.poses, 13);  // of 20, all but 1, 4, ... 19
+}
+
+TEST(InProcessRun, StopsWhenAsked) {
+  const TemporaryFolder folder;
+  const auto result = run_in_process(*walk(400), {folder.path(), PublishAs::kRaw},
+                                     [](int done) { return done < 5; });
+  EXPECT_EQ(result.problem, "stopped");
+  EXPECT_LT(result.poses, 50);
+}
+
+}  // namespace
+}  // namespace eifmap

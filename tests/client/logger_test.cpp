@@ -1,0 +1,146 @@
+#include "client/logger.h"
+
+#include <gtest/gtest.h>
+
+#include <lcm/lcm-cpp.hpp>
+
+#include "bus/lcm_bus.h"
+#include "convert/channel.h"
+#include "sequence/temporary_folder.h"
+#include "sequence/tum.h"
+
+namespace eifmap {
+namespace {
+
+class LoggerTest : public testing::Test {
+ protected:
+  LoggerTest() : lcm_(std::make_shared<lcm::LCM>("memq://")), bus_(lcm_), server_(lcm_) {
+    open("");
+  }
+
+  void open(const std::string& camera) {
+    logger_.reset();
+    auto opened = Logger::open(folder_.path() / "log", camera, bus_);
+    ASSERT_EQ(opened.problem, "");
+    logger_ = std::move(opened.logger);
+  }
+
+  void send(const std::string& camera, ChannelKind kind, Bytes bytes) {
+    server_.publish(channel_name(camera, kind), bytes);
+    bus_.receive(std::chrono::milliseconds(50));
+  }
+
+  static PublishedPose pose(int i, TrackingState state, const std::string& camera = "cam") {
+    PublishedPose pose;
+    pose.origin = {5, camera};
+    pose.result.time_us = 1000000 + 33333 * i;
+    pose.result.seq = i;
+    pose.result.map_id = 1;
+    pose.result.state = state;
+    pose.result.source = PoseSource::kScaleFit;
+    pose.result.map_from_camera = {so3_exp({0.1 * i, 0.2, -0.3}), {i / 3.0, 0.1, -1e-9 * i}};
+    return pose;
+  }
+
+  std::string text(const std::string& file) const {
+    return read_text(folder_.path() / "log" / file);
+  }
+
+  TemporaryFolder folder_;
+  std::shared_ptr<lcm::LCM> lcm_;
+  LcmBus bus_, server_;
+  std::unique_ptr<Logger> logger_;
+};
+
+TEST_F(LoggerTest, TrajectoryIsTheTextOfTheServersOwn) {
+  std::vector<TimedPose> tracked;
+  for (int i = 0; i < 20; ++i) {
+    const auto state = i % 4 == 1 ? TrackingState::kLost : TrackingState::kTracking;
+    const auto message = pose(i, state);
+    send("cam", ChannelKind::kPose, encode(to_message(message)));
+    if (state == TrackingState::kTracking)
+      tracked.push_back({message.result.time_us, message.result.map_from_camera});
+  }
+  EXPECT_EQ(logger_->finish(), "");
+  EXPECT_EQ(logger_->counts().poses, 20);
+  EXPECT_EQ(logger_->counts().tracked, 15);
+  ASSERT_EQ(write_tum(folder_.path() / "server.tum", tracked), "");
+  EXPECT_EQ(text("trajectory.tum"), read_text(folder_.path() / "server.tum"));
+  const std::string lines = text("poses.jsonl");
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 20);  // lost ones too
+  EXPECT_NE(lines.find("\"state\":\"LOST\""), std::string::npos);
+}
+
+TEST_F(LoggerTest, TheMapIsPutTogetherFromItsParts) {
+  MapUpdate update;
+  update.map_id = 1;
+  update.seq = 1;
+  const Rigid3 anchor(so3_exp({0, 0.5, 0}), {1, 2, 3});
+  update.keyframes.push_back({4, 1000, anchor});
+  for (int i = 0; i < 300; ++i) {
+    LandmarkView landmark;
+    landmark.id = i;
+    landmark.anchor = 4;
+    landmark.position_in_anchor = {0.25 * i, 1, 2};
+    landmark.laplacian_sign = i % 2 == 0 ? 1 : -1;
+    update.landmarks.push_back(landmark);
+  }
+  auto parts = split_update(update, {5, "cam"}, 1000, 4096);
+  ASSERT_GT(parts.size(), 2u);
+  std::reverse(parts.begin(), parts.end());
+  for (const MapPart& part : parts) send("cam", ChannelKind::kMap, encode(to_message(part)));
+  EXPECT_EQ(logger_->finish(), "");
+  EXPECT_EQ(logger_->counts().map_parts, static_cast<std::int64_t>(parts.size()));
+  const auto points = logger_->map().map().points();
+  ASSERT_EQ(points.size(), 300u);
+  EXPECT_LT((points[8].position - anchor * Eigen::Vector3d(2, 1, 2)).norm(), 1e-5);
+  EXPECT_NE(text("map.ply").find("element vertex 300\n"), std::string::npos);
+}
+
+TEST_F(LoggerTest, OneCameraOnly) {
+  send("first", ChannelKind::kPose, encode(to_message(pose(0, TrackingState::kTracking, "first"))));
+  send("other", ChannelKind::kPose, encode(to_message(pose(1, TrackingState::kTracking, "other"))));
+  EXPECT_EQ(logger_->counts().poses, 1);
+  open("other");
+  send("first", ChannelKind::kPose, encode(to_message(pose(0, TrackingState::kTracking, "first"))));
+  send("other", ChannelKind::kPose, encode(to_message(pose(1, TrackingState::kTracking, "other"))));
+  EXPECT_EQ(logger_->counts().poses, 1);
+  EXPECT_NE(text("poses.jsonl").find("\"camera\":\"other\""), std::string::npos);
+}
+
+TEST_F(LoggerTest, GarbageIsCountedAndPassedOver) {
+  const std::vector<std::uint8_t> garbage(40, 0xee);
+  for (const auto kind : {ChannelKind::kPose, ChannelKind::kMap, ChannelKind::kStatus})
+    send("cam", kind, garbage);
+  auto bytes = encode(to_message(pose(1, TrackingState::kTracking)));
+  bytes.resize(bytes.size() - 9);
+  send("cam", ChannelKind::kPose, bytes);
+  EXPECT_EQ(logger_->counts().malformed, 4);
+  send("cam", ChannelKind::kPose, encode(to_message(pose(2, TrackingState::kTracking))));
+  EXPECT_EQ(logger_->counts().tracked, 1);
+}
+
+TEST_F(LoggerTest, KnowsWhenTheServerStops) {
+  status_t status{};
+  status.camera = "cam";
+  status.state = status_t::STATE_TRACKING;
+  status.message = "not UTF-8: \xff\xfe";
+  send("cam", ChannelKind::kStatus, encode(status));
+  EXPECT_FALSE(logger_->server_stopped());
+  status.state = status_t::STATE_STOPPING;
+  send("cam", ChannelKind::kStatus, encode(status));
+  EXPECT_TRUE(logger_->server_stopped());
+  EXPECT_EQ(logger_->counts().statuses, 2);
+  const std::string lines = text("status.jsonl");
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 2);
+}
+
+TEST_F(LoggerTest, SaysWhatIsWrongWithTheFolder) {
+  folder_.write("file", "");
+  EXPECT_NE(Logger::open(folder_.path() / "file" / "log", "", bus_).problem, "");
+  EXPECT_NE(Logger::open(folder_.path(), "no such name", bus_).problem.find("'no such name'"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace eifmap

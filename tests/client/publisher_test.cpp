@@ -1,0 +1,185 @@
+#include "client/publisher.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "client/memory_bus.h"
+#include "convert/camera_message.h"
+#include "convert/feature_message.h"
+#include "convert/image_message.h"
+#include "features/front_end.h"
+#include "sequence/temporary_folder.h"
+
+namespace eifmap {
+namespace {
+
+using test::Recorder;
+
+// Three images of blotches, the second one a JPEG.
+class PublisherTest : public testing::Test {
+ protected:
+  PublisherTest() {
+    std::filesystem::create_directories(folder_.path() / "images");
+    for (int i = 0; i < 3; ++i) {
+      cv::Mat image(120, 160, CV_8UC1);
+      for (int y = 0; y < image.rows; ++y)
+        for (int x = 0; x < image.cols; ++x)
+          image.at<std::uint8_t>(y, x) =
+              static_cast<std::uint8_t>(128 + 100 * std::sin(0.3 * x + i) * std::cos(0.37 * y));
+      cv::imwrite(file(i), image);
+    }
+    folder_.write("times.txt", "10\n10.1\n10.25\n");
+    folder_.write("calib.json",
+                  R"({"width": 160, "height": 120, "fx": 150, "fy": 150, "cx": 80, "cy": 60})");
+  }
+
+  std::string file(int i) const {
+    const std::string name = "00000" + std::to_string(i) + (i == 1 ? ".jpg" : ".png");
+    return (folder_.path() / "images" / name).string();
+  }
+
+  std::unique_ptr<ImageSource> source() const {
+    auto opened = RecordedSequence::open(folder_.path());
+    EXPECT_EQ(opened.problem, "");
+    return make_source(std::move(*opened.sequence));
+  }
+
+  static PublishOptions options(PublishAs as) {
+    PublishOptions options;
+    options.camera = "left";
+    options.as = as;
+    options.rate_hz = 0;
+    return options;
+  }
+
+  static bool always(int) { return true; }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(PublisherTest, CalibrationComesFirst) {
+  Recorder recorder;
+  const auto images = source();
+  publish(*images, options(PublishAs::kRaw), recorder.sender(), always);
+  ASSERT_EQ(recorder.messages().size(), 4u);
+  const auto& first = recorder.messages().front();
+  EXPECT_EQ(first.channel, "eifmap.left.calibration");
+  const auto camera = decode_camera(first.bytes);
+  ASSERT_TRUE(camera.ok()) << camera.detail;
+  EXPECT_EQ(camera.value.name, "left");
+  EXPECT_EQ(camera.value.camera.id(), images->camera().id());
+}
+
+TEST_F(PublisherTest, RawImagesAreThePixels) {
+  Recorder recorder;
+  const auto images = source();
+  const auto result = publish(*images, options(PublishAs::kRaw), recorder.sender(), always);
+  EXPECT_EQ(result.problem, "");
+  EXPECT_EQ(result.published, 3);
+  EXPECT_GT(result.publisher, 0);
+  for (int i = 0; i < 3; ++i) {
+    const auto& message = recorder.messages().at(static_cast<std::size_t>(i) + 1);
+    EXPECT_EQ(message.channel, "eifmap.left.image");
+    const auto image = decode_image(message.bytes);
+    ASSERT_TRUE(image.ok()) << image.detail;
+    EXPECT_EQ(image.value.time_us, images->time_us(i));
+    EXPECT_EQ(image.value.seq, i);
+    EXPECT_EQ(image.value.publisher, result.publisher);
+    EXPECT_EQ(image.value.calibration_id, images->camera().id());
+    const cv::Mat gray = images->gray(i).image;
+    ASSERT_EQ(image.value.data.size(), gray.total());
+    EXPECT_TRUE(std::equal(image.value.data.begin(), image.value.data.end(), gray.data));
+  }
+}
+
+TEST_F(PublisherTest, AJpegFileTravelsAsItIs) {
+  Recorder recorder;
+  const auto images = source();
+  publish(*images, options(PublishAs::kMjpeg), recorder.sender(), always);
+  for (int i = 0; i < 3; ++i) {
+    const auto image = decode_image(recorder.messages().at(static_cast<std::size_t>(i) + 1).bytes);
+    ASSERT_TRUE(image.ok()) << image.detail;
+    EXPECT_EQ(image.value.format, PixelFormat::kMjpeg);
+    const std::string file_bytes = read_text(file(i));
+    const bool same = std::string(image.value.data.begin(), image.value.data.end()) == file_bytes;
+    EXPECT_EQ(same, i == 1);
+    const cv::Mat decoded = cv::imdecode(image.value.data, cv::IMREAD_GRAYSCALE);
+    EXPECT_LT(cv::norm(decoded, images->gray(i).image, cv::NORM_L1) / 19200, 3);
+  }
+}
+
+// Whoever extracts, the numbers are the same.
+TEST_F(PublisherTest, FeaturesAreThoseOfTheImage) {
+  Recorder recorder;
+  const auto images = source();
+  auto wanted = options(PublishAs::kFeatures);
+  wanted.publisher = 77;
+  publish(*images, wanted, recorder.sender(), always);
+  for (int i = 0; i < 3; ++i) {
+    const auto frame =
+        decode_features(recorder.messages().at(static_cast<std::size_t>(i) + 1).bytes);
+    ASSERT_TRUE(frame.ok()) << frame.detail;
+    EXPECT_EQ(frame.value.publisher, 77);
+    const auto here = extract_frame(SurfExtractor(), images->gray(i).image,
+                                    {images->time_us(i), 77, i, "left", images->camera().id()});
+    EXPECT_GT(here.keypoints.size(), 10u);
+    EXPECT_EQ(encode(to_message(frame.value)), encode(to_message(here)));
+  }
+}
+
+TEST_F(PublisherTest, EachStartHasItsOwnNumber) {
+  Recorder recorder;
+  const auto images = source();
+  const auto a = publish(*images, options(PublishAs::kRaw), recorder.sender(), always);
+  const auto b = publish(*images, options(PublishAs::kRaw), recorder.sender(), always);
+  EXPECT_NE(a.publisher, b.publisher);
+}
+
+TEST_F(PublisherTest, StopsWhenAskedEvenWhileWaiting) {
+  Recorder recorder;
+  const auto images = source();
+  auto slow = options(PublishAs::kRaw);
+  slow.start_delay = std::chrono::hours(10);
+  int asked = 0;
+  const auto result =
+      publish(*images, slow, recorder.sender(), [&asked](int) { return ++asked < 4; });
+  EXPECT_EQ(result.published, 0);
+  EXPECT_EQ(result.problem, "");
+  EXPECT_EQ(
+      publish(*images, options(PublishAs::kRaw), recorder.sender(), [](int i) { return i < 2; })
+          .published,
+      2);
+}
+
+TEST_F(PublisherTest, ABrokenImageIsASentence) {
+  folder_.write("images/000001.jpg", "no picture");
+  Recorder recorder;
+  const auto result = publish(*source(), options(PublishAs::kRaw), recorder.sender(), always);
+  EXPECT_EQ(result.published, 1);
+  EXPECT_NE(result.problem.find("000001.jpg: cannot be decoded"), std::string::npos);
+}
+
+TEST_F(PublisherTest, FirstImagesEndWithTheirTruth) {
+  folder_.write("groundtruth.tum", "10 0 0 0 0 0 0 1\n10.1 1 0 0 0 0 0 1\n10.25 2 0 0 0 0 0 1\n");
+  const auto two = first_images(source(), 2);
+  EXPECT_EQ(two->size(), 2);
+  EXPECT_EQ(two->ground_truth().size(), 2u);
+  EXPECT_EQ(first_images(source(), 9)->size(), 3);
+}
+
+TEST(PublishOptions, SaysWhichIsWrong) {
+  PublishOptions options;
+  EXPECT_EQ(options.problem(), "");
+  options.camera = "front left";
+  EXPECT_NE(options.problem().find("'front left'"), std::string::npos);
+  options = {};
+  options.jpeg_quality = 0;
+  EXPECT_NE(options.problem().find("JPEG quality is 0"), std::string::npos);
+  options = {};
+  options.rate_hz = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(options.problem(), "");
+}
+
+}  // namespace
+}  // namespace eifmap
