@@ -1,19 +1,358 @@
 #include "mapper.h"
 
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "frame_check.h"
+#include "map/keyframe_insertion.h"
+#include "map/map.h"
+#include "map/map_news.h"
+#include "map/map_start.h"
+#include "map/tracking.h"
+#include "map/trajectory_log.h"
+
 namespace eifmap {
-// Being written.
-struct Mapper::State {
-  MapperStatistics statistics;
+namespace {
+
+using StepObserver = std::function<void(std::string_view, bool)>;
+
+// Tells the observer when a step begins and ends.
+class Step {
+ public:
+  Step(const StepObserver& observer, std::string_view name) : observer_(observer), name_(name) {
+    if (observer_) observer_(name_, true);
+  }
+  ~Step() {
+    if (observer_) observer_(name_, false);
+  }
+  Step(const Step&) = delete;
+  Step& operator=(const Step&) = delete;
+
+ private:
+  const StepObserver& observer_;
+  std::string_view name_;
 };
-Mapper::Mapper(const Camera&, const MapperOptions&) : state_(std::make_unique<State>()) {}
+
+// The wire orders a pose's covariance (centre, rotation); the filter (rotation, centre).
+Eigen::Matrix<double, 6, 6> centre_first(const Eigen::Matrix<double, 6, 6>& rotation_first) {
+  Eigen::Matrix<double, 6, 6> out;
+  out << rotation_first.bottomRightCorner<3, 3>(), rotation_first.bottomLeftCorner<3, 3>(),
+      rotation_first.topRightCorner<3, 3>(), rotation_first.topLeftCorner<3, 3>();
+  return out;
+}
+
+// A map with all that belongs to it.
+struct LiveMap {
+  explicit LiveMap(Map started) : map(std::move(started)) {}
+  Map map;
+  MapNews news;
+  TrajectoryLog log;
+  int reference = 0;      // keyframe that frames are related to
+  Rigid3 last;            // pose of the last tracked frame
+  int next_to_try = 0;    // keyframe: relocalization goes round all of them
+};
+
+// A map that was given up: what is left of it.
+struct FinishedMap {
+  std::vector<TimedPose> trajectory, keyframes;
+  std::vector<MapPoint> points;
+};
+
+FinishedMap finish(const LiveMap& live) {
+  FinishedMap finished;
+  finished.trajectory = live.log.in(live.map);
+  for (int k = 0; k < live.map.num_keyframes(); ++k)
+    finished.keyframes.push_back(
+        {live.map.keyframe(k).observed.frame.time_us, live.map.pose(k)});
+  for (int t = 0; t < live.map.num_tracks(); ++t) {
+    const Track& track = live.map.track(t);
+    if (!track.is_landmark()) continue;
+    const Sight& s = track.sights.front();
+    finished.points.push_back(
+        {live.map.position(t),
+         live.map.keyframe(s.keyframe).observed.frame.keypoints[s.keypoint].laplacian_sign,
+         static_cast<int>(track.sights.size())});
+  }
+  return finished;
+}
+
+// The keyframe that shares the most of the frame's landmarks, if it is clearly a better reference
+// than the present one: on a way back the old keyframes serve again.
+int better_reference(const Map& map, const Tracking& tracking) {
+  std::vector<int> shared(map.num_keyframes(), 0);
+  for (const LandmarkSight& sight : tracking.sights)
+    for (const Sight& s : map.track(sight.track).sights) ++shared[s.keyframe];
+  int best = tracking.reference;
+  for (int k = 0; k < map.num_keyframes(); ++k)
+    if (shared[k] > 1.2 * shared[tracking.reference] && shared[k] > shared[best]) best = k;
+  return best;
+}
+
+}  // namespace
+
+struct Mapper::State {
+  State(const Camera& c, const MapperOptions& o) : camera(c), options(o), start(c, o) {}
+
+  Camera camera;
+  MapperOptions options;
+  StepObserver observer;
+  MapStart start;
+  std::optional<LiveMap> live;
+  std::optional<FinishedMap> finished;  // the largest of those given up
+  std::int64_t map_id = 0;
+  std::optional<std::int64_t> last_time_us, lost_since_us;
+  std::optional<std::pair<Extractor, std::int16_t>> extractor;
+  MapperStatistics statistics;
+
+  FrameCheck check(const FeatureFrame& frame) const;
+  void start_map(ObservedFrame observed, FrameResult& result);
+  void track(ObservedFrame observed, FrameResult& result);
+  void find_again(ObservedFrame observed, FrameResult& result);
+  Tracking try_relocalize(const ObservedFrame& observed);
+  void accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
+  void add_keyframe(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
+  void count(const FrameResult& result);
+  const FinishedMap* largest(FinishedMap& scratch) const;
+};
+
+FrameCheck Mapper::State::check(const FeatureFrame& frame) const {
+  FrameCheck result = check_frame(frame, camera);
+  if (!result.ok()) return result;
+  if (last_time_us && frame.time_us <= *last_time_us)
+    return {Reason::kTimeNotIncreasing, "time " + std::to_string(frame.time_us) +
+                                            " us is not after " + std::to_string(*last_time_us)};
+  if (extractor && *extractor != std::pair(frame.extractor, frame.extractor_version))
+    return {Reason::kUnknownExtractor,
+            "extractor " + std::to_string(static_cast<int>(frame.extractor)) + " version " +
+                std::to_string(frame.extractor_version) + ", the map is of " +
+                std::to_string(static_cast<int>(extractor->first)) + " version " +
+                std::to_string(extractor->second)};
+  return result;
+}
+
+// [WD10] IV: the first images.
+void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
+  const Step step(observer, "start");
+  const std::int64_t time_us = observed.frame.time_us;
+  StartStep begun = start.add(std::move(observed));
+  result.reason = begun.reason;
+  result.detail = std::move(begun.detail);
+  result.num_matches = begun.num_matches;
+  if (!begun.started) {
+    if (!live) result.state = TrackingState::kStarting;
+    return;
+  }
+  if (live) {
+    FinishedMap old = finish(*live);
+    if (!finished || old.trajectory.size() > finished->trajectory.size())
+      finished = std::move(old);
+  }
+  live.emplace(std::move(begun.started->map));
+  ++map_id;
+  ++statistics.starts;
+  lost_since_us.reset();
+  for (const TimedPose& posed : begun.started->posed)
+    live->log.add(posed.time_us, 0, live->map.pose(0).inverse() * posed.world_from_camera);
+  live->log.add(time_us, 1, Rigid3());
+  live->reference = 1;
+  live->last = live->map.pose(1);
+  result.state = TrackingState::kTracking;
+  result.source = PoseSource::kStartSet;
+  result.map_from_camera = live->last;
+  result.reference_keyframe = 1;
+  result.num_inliers = live->map.num_landmarks();
+  result.map_updated = true;
+  PoseBlock covariance;
+  if (live->map.filter().pose_covariance(1, covariance)) {
+    result.covariance = centre_first(covariance);
+    result.covariance_status = CovarianceStatus::kOptimistic;
+  }
+}
+
+void Mapper::State::track(ObservedFrame observed, FrameResult& result) {
+  Tracking tracking;
+  {
+    const Step step(observer, "track");
+    tracking = track_frame(live->map, observed, live->reference, live->last, options);
+  }
+  if (tracking.ok()) return accept(std::move(observed), tracking, result);
+  lost_since_us = observed.frame.time_us;
+  ++statistics.losses;
+  start.reset();
+  result.state = TrackingState::kLost;
+  result.reason = tracking.reason;
+  result.detail = std::move(tracking.detail);
+  result.num_matches = tracking.num_matches;
+}
+
+Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
+  const Step step(observer, "relocalize");
+  // The newest, where the camera was lost, and a few others in turn: a frame's time stays bounded.
+  constexpr int kNewest = 3, kOthers = 3;
+  const int n = live->map.num_keyframes();
+  std::vector<int> keyframes;
+  for (int k = n - 1; k >= std::max(0, n - kNewest); --k) keyframes.push_back(k);
+  for (int k = 0; k < kOthers && k < n - kNewest; ++k) {
+    keyframes.push_back(live->next_to_try % (n - kNewest));
+    ++live->next_to_try;
+  }
+  return relocalize(live->map, observed, keyframes, options);
+}
+
+void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
+  Tracking tracking = try_relocalize(observed);
+  if (tracking.ok()) {
+    lost_since_us.reset();
+    start.reset();
+    return accept(std::move(observed), tracking, result);
+  }
+  result.state = TrackingState::kLost;
+  const double lost_s = 1e-6 * static_cast<double>(observed.frame.time_us - *lost_since_us);
+  if (lost_s >= options.lost.new_map_after_s) start_map(std::move(observed), result);
+  if (result.state != TrackingState::kLost) return;
+  result.reason = tracking.reason;
+  result.detail = std::move(tracking.detail);
+}
+
+void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result) {
+  Map& map = live->map;
+  live->last = tracking.world_from_camera;
+  live->reference = better_reference(map, tracking);
+  map.keyframe(tracking.reference).num_tracked =
+      std::max(map.keyframe(tracking.reference).num_tracked,
+               static_cast<int>(tracking.sights.size()));
+  result.state = TrackingState::kTracking;
+  result.source = tracking.source;
+  result.map_from_camera = tracking.world_from_camera;
+  result.covariance = centre_first(tracking.covariance);
+  result.covariance_status = CovarianceStatus::kOptimistic;
+  result.reference_keyframe = tracking.reference;
+  result.reference_from_camera =
+      map.pose(tracking.reference).inverse() * tracking.world_from_camera;
+  result.num_matches = tracking.num_matches;
+  result.num_inliers = static_cast<int>(tracking.sights.size());
+  if (wants_keyframe(map, observed, tracking, options))
+    return add_keyframe(std::move(observed), tracking, result);
+  live->log.add(observed.frame.time_us, tracking.reference, result.reference_from_camera);
+}
+
+void Mapper::State::add_keyframe(ObservedFrame observed, const Tracking& tracking,
+                                 FrameResult& result) {
+  const Step step(observer, "keyframe");
+  const std::int64_t time_us = observed.frame.time_us;
+  Map& map = live->map;
+  const Insertion insertion = insert_keyframe(map, std::move(observed), tracking, options);
+  live->log.add(time_us, insertion.keyframe, Rigid3());
+  live->reference = insertion.keyframe;
+  live->last = map.pose(insertion.keyframe);
+  map.keyframe(insertion.keyframe).num_tracked = static_cast<int>(tracking.sights.size());
+  // The pose as the filter now has it is the better one, and what the frame's users get.
+  result.map_from_camera = live->last;
+  result.reference_keyframe = insertion.keyframe;
+  result.reference_from_camera = Rigid3();
+  result.reason = insertion.filter.reason;
+  result.map_updated = true;
+}
+
+void Mapper::State::count(const FrameResult& result) {
+  ++statistics.reasons[result.reason];
+  if (result.rejected) {
+    ++statistics.rejected;
+    return;
+  }
+  ++statistics.frames;
+  if (result.state == TrackingState::kTracking) ++statistics.tracked;
+  ++statistics.sources[result.source];
+  if (!live) return;
+  statistics.keyframes = live->map.num_keyframes();
+  statistics.landmarks = live->map.num_landmarks();
+  statistics.edges = live->map.filter().num_edges();
+  if (result.map_updated)
+    statistics.observations = static_cast<std::int64_t>(live->map.filter().num_measurements());
+}
+
+const FinishedMap* Mapper::State::largest(FinishedMap& scratch) const {
+  const std::size_t finished_size = finished ? finished->trajectory.size() : 0;
+  if (live && live->log.size() >= finished_size) {
+    scratch = finish(*live);
+    return &scratch;
+  }
+  return finished ? &*finished : nullptr;
+}
+
+Mapper::Mapper(const Camera& camera, const MapperOptions& options) {
+  if (const std::string problem = camera.problem(); !problem.empty())
+    throw std::invalid_argument(problem);
+  if (const std::string problem = options.problem(); !problem.empty())
+    throw std::invalid_argument(problem);
+  state_ = std::make_unique<State>(camera, options);
+}
 Mapper::~Mapper() = default;
 Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
-FrameResult Mapper::process(const FeatureFrame&) { return {}; }
-MapUpdate Mapper::map_update() { return {}; }
+
+// [WD10] Algorithm 2 for one image.
+FrameResult Mapper::process(const FeatureFrame& frame) {
+  State& state = *state_;
+  FrameResult result;
+  result.time_us = frame.time_us;
+  result.publisher = frame.publisher;
+  result.seq = frame.seq;
+
+  const FrameCheck check = state.check(frame);
+  if (!check.ok()) {
+    result.rejected = true;
+    result.reason = check.reason;
+    result.detail = check.detail;
+  } else {
+    state.last_time_us = frame.time_us;
+    state.extractor = {frame.extractor, frame.extractor_version};
+    ObservedFrame observed;
+    {
+      const Step step(state.observer, "observe");
+      observed = observe(frame, state.camera, state.options.map_sign,
+                         state.options.sigma_factor);
+    }
+    if (!state.live)
+      state.start_map(std::move(observed), result);
+    else if (state.lost_since_us)
+      state.find_again(std::move(observed), result);
+    else
+      state.track(std::move(observed), result);
+  }
+  result.map_id = state.map_id;
+  state.count(result);
+  return result;
+}
+
+MapUpdate Mapper::map_update() {
+  if (!state_->live) return {};
+  MapUpdate update = state_->live->news.since_last(state_->live->map);
+  update.map_id = state_->map_id;
+  return update;
+}
+
 const MapperStatistics& Mapper::statistics() const { return state_->statistics; }
-std::vector<TimedPose> Mapper::final_trajectory() const { return {}; }
-std::vector<TimedPose> Mapper::keyframe_trajectory() const { return {}; }
-std::vector<MapPoint> Mapper::map_points() const { return {}; }
-void Mapper::set_step_observer(std::function<void(std::string_view, bool)>) {}
+
+std::vector<TimedPose> Mapper::final_trajectory() const {
+  FinishedMap scratch;
+  const FinishedMap* map = state_->largest(scratch);
+  return map ? map->trajectory : std::vector<TimedPose>();
+}
+
+std::vector<TimedPose> Mapper::keyframe_trajectory() const {
+  FinishedMap scratch;
+  const FinishedMap* map = state_->largest(scratch);
+  return map ? map->keyframes : std::vector<TimedPose>();
+}
+
+std::vector<MapPoint> Mapper::map_points() const {
+  FinishedMap scratch;
+  const FinishedMap* map = state_->largest(scratch);
+  return map ? map->points : std::vector<MapPoint>();
+}
+
+void Mapper::set_step_observer(StepObserver observer) { state_->observer = std::move(observer); }
+
 }  // namespace eifmap

@@ -26,7 +26,9 @@ struct StartOptions {
 
 struct KeyframeOptions {
   double min_tracked_ratio = 0.6;    // fewer of the reference's landmarks tracked: a new keyframe
-  double max_baseline_ratio = 0.08;  // baseline / median depth above this: a new keyframe
+  double max_baseline_ratio = 0.05;  // baseline / median depth above this: a new keyframe
+  // With fewer tracked landmarks than this the map needs new ones soon: half the baseline will do.
+  int few_tracked = 120;
   int min_inliers = 25;              // below this a keyframe would be built on sand
 };
 
@@ -47,6 +49,7 @@ struct EdgeOptions {
   // Of the matches of a pair, the share that one edge may spend: the rest is left for the next edge,
   // since a measurement enters one edge only.
   double max_spent_ratio = 0.5;
+  int neighbours = 6;   // keyframes tried where the reference is too near for an edge
 };
 
 struct FilterOptions {
@@ -63,6 +66,9 @@ struct LostOptions {
 struct MapperOptions {
   // The sign whose features make the map (Omega_m); the other's (Omega_p) give relative poses.
   int map_sign = -1;
+  // A keypoint's own sigma is that of its place in one image. Seen from elsewhere a blob looks
+  // different: measured on real pairs, matches that fit the epipolar geometry scatter by twice that.
+  double sigma_factor = 2.0;
   MatchOptions match;
   RelativePoseOptions relative_pose;
   ScaleFitOptions scale_fit;

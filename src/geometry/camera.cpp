@@ -1,5 +1,6 @@
 #include "geometry/camera.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -15,7 +16,9 @@ Eigen::Vector2d distort(const std::array<double, 5>& k, const Eigen::Vector2d& n
           y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y};
 }
 
-bool has_distortion(const Camera& camera) { return camera.model == CameraModel::kRadialTangential; }
+bool has_distortion(const Camera& camera) {
+  return camera.model == CameraModel::kRadialTangential;
+}
 
 std::string describe(const char* what, double value, const char* wanted) {
   return std::string("camera: ") + what + " is " + std::to_string(value) + ", wanted " + wanted;

@@ -17,10 +17,10 @@ struct Sighting {
 
 struct TriangulatedPoint {
   bool valid = false;  // in front of all views, converged, information not singular
-  Eigen::Vector3d point;                                        // world
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();         // given the poses
-  double max_parallax = 0;       // rad, largest angle between two of the viewing rays
-  double max_error = 0;          // largest whitened reprojection error (norm / sigma)
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();       // world
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // given the poses
+  double max_parallax = 0;          // rad, largest angle between two of the viewing rays
+  double max_error = 0;             // largest whitened reprojection error (norm / sigma)
   double relative_depth_sigma = 0;  // sigma_Z / Z in the last view
 };
 

@@ -14,7 +14,7 @@ namespace eifmap {
 
 struct AbsolutePoseOptions {
   int min_inliers = 15;
-  double gate_sigma = 3.5;       // an inlier's whitened reprojection error is below this
+  double gate_sigma = 3.5;  // an inlier's whitened reprojection error is below this
   int max_iterations = 20;
   double bisquare = 4.685;
   // PnP RANSAC (OpenCV's P3P, fixed state)

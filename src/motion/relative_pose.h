@@ -26,11 +26,12 @@ struct RelativePoseOptions {
   double min_median_parallax_px = 1.5;
   double max_rotation_inlier_ratio = 0.8;
   // RANSAC
-  double ransac_threshold_px = 1.0;
-  double ransac_confidence = 0.9999;
-  int ransac_iterations = 1000;
+  double ransac_threshold_px = 1.0;  // at least; 2.5 sigma of the matches where that is more
+  double ransac_confidence = 0.99;   // the refinement forgives a start that is not the best
+  int ransac_iterations = 400;
   int seed = 1;
   double min_inlier_ratio = 0.3;
+  bool check_planar = true;  // fill in RelativePoseResult::planar
 
   std::string problem() const;  // "" or which field is wrong and why
 };
@@ -52,7 +53,8 @@ RotationFit fit_rotation(std::span<const Correspondence> matches, double radians
 struct RelativePose {
   Eigen::Quaterniond i_from_j = Eigen::Quaterniond::Identity();
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // unit, of j's centre in i
-  // Of (w, ab): i_from_j Exp(w), sphere_retract(direction, ab); rad^2. Linear: (J' Q^-1 J)^-1.
+  // Of (w, ab): i_from_j Exp(w), sphere_retract(direction, ab); rad^2. Linear, (J' Q^-1 J)^-1, with
+  // the noise of J itself allowed for, which dominates at little parallax.
   Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
   double sigma_direction = 0;  // rad, root of the larger eigenvalue of ab's covariance
 };

@@ -15,25 +15,26 @@ namespace eifmap {
 
 // A map feature seen in the new image.
 struct MapObservation {
-  Eigen::Vector3d point;   // X_f, world
-  Eigen::Vector2d x;       // where it is seen, normalized image coordinates
-  double sigma = 0;        // of x, each axis, same unit; includes the point's own uncertainty
+  Eigen::Vector3d point;  // X_f, world
+  Eigen::Vector2d x;      // where it is seen, normalized image coordinates
+  double sigma = 0;       // of x, each axis, same unit; includes the point's own uncertainty
 };
 
 struct ScaleFitOptions {
   int min_inliers = 15;
   double min_inlier_ratio = 0.3;
-  double max_relative_sigma = 0.1;   // sigma of the baseline / baseline
-  double max_runner_up = 0.7;        // votes of the second mode / votes of the first
-  double bisquare = 4.685;           // tuning constant, in units of the spread
-  double max_spread = 2.5;           // the spread is clamped to [1, max_spread] sigma
+  double max_relative_sigma = 0.1;  // sigma of the baseline / baseline
+  double max_runner_up = 0.7;       // votes of the second mode / votes of the first
+  double bisquare = 4.685;          // tuning constant, in units of the spread
+  double max_spread = 2.5;          // the spread is clamped to [1, max_spread] sigma
 
   std::string problem() const;
 };
 
 struct ScaleFit {
   Reason reason = Reason::kScaleFitFailed;  // kNone: accepted
-  // X_j(d) = X_jG + d (X_i - X_jG): 0 the guess, 1 did not move, > 1 the direction's sign was wrong.
+  // X_j(d) = X_jG + d (X_i - X_jG): 0 the guess, 1 did not move, > 1 the direction's sign was
+  // wrong.
   double d = 0, sigma_d = 0;
   double baseline = 0, sigma_baseline = 0;  // map units
   Rigid3 world_from_j;                      // the guess moved to d

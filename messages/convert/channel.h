@@ -1,0 +1,39 @@
+// Channel names: eifmap.<camera>.<kind>.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace eifmap {
+
+// LCM carries at most 63 characters of channel name.
+inline constexpr std::size_t kMaxCameraName = 24;
+
+enum class ChannelKind { kImage, kFeatures, kCalibration, kPose, kMap, kStatus };
+
+struct Channel {
+  std::string camera;
+  ChannelKind kind = ChannelKind::kImage;
+  bool operator==(const Channel&) const = default;
+};
+
+// [A-Za-z0-9_-], 1 to 24 characters.
+bool valid_camera_name(std::string_view camera);
+
+std::string_view to_string(ChannelKind kind);  // "image", "features", ...
+
+// Throws std::invalid_argument on an invalid camera name.
+std::string channel_name(std::string_view camera, ChannelKind kind);
+
+// Nothing when `name` is not of this form.
+std::optional<Channel> parse_channel(std::string_view name);
+
+// A regular expression, as LCM subscribes by, for one kind of one camera, or of every camera when
+// `camera` is empty. Throws std::invalid_argument on an invalid camera name.
+std::string channel_pattern(std::string_view camera, ChannelKind kind);
+
+// The regular expression that matches just this name.
+std::string literal_pattern(std::string_view name);
+
+}  // namespace eifmap

@@ -1,0 +1,134 @@
+#include "convert/feature_message.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "convert/channel.h"
+#include "convert/layout.h"
+#include "convert/limits.h"
+
+namespace eifmap {
+namespace {
+
+void scan(LayoutScanner& in) {
+  in.skip(8 + 8 + 8);  // utime, publisher, seq
+  in.string("camera", kMaxText);
+  in.skip(8 + 4 + 4 + 2 + 2);  // calibration_id, width, height, extractor, extractor_version
+  const std::size_t n = in.count("n", kMaxFeatures);
+  in.array("u v sigma_px scale angle response", n, 6 * 4);
+  in.array("laplacian_sign", n, 1);
+  in.skip(4);  // descriptor_size
+  in.array("descriptors", in.count("descriptor_bytes", kMaxFeatures * kDescriptorSize), 1);
+}
+
+std::string shape_problem(const feature_frame_t& message) {
+  if (!valid_camera_name(message.camera)) return "the camera's name is not 1 to 24 of A-Za-z0-9_-";
+  if (!valid_time(message.utime)) return "utime is " + std::to_string(message.utime);
+  if (!valid_image_side(message.width) || !valid_image_side(message.height))
+    return "width x height is " + std::to_string(message.width) + " x " +
+           std::to_string(message.height);
+  if (message.descriptor_size != kDescriptorSize ||
+      message.descriptor_bytes != message.n * kDescriptorSize)
+    return std::to_string(message.n) + " features with descriptors of " +
+           std::to_string(message.descriptor_size) + " bytes each, " +
+           std::to_string(message.descriptor_bytes) + " together; each must have " +
+           std::to_string(kDescriptorSize);
+  return "";
+}
+
+// Coordinates are of pixel centres, so the image reaches half a pixel further.
+bool inside(float x, std::int32_t side) {
+  return x >= -0.5f && x <= static_cast<float>(side) - 0.5f;
+}
+
+std::string keypoint_problem(const Keypoint& k, const FeatureFrame& frame) {
+  const float numbers[] = {k.u, k.v, k.sigma_px, k.scale, k.angle, k.response};
+  if (!all_finite(numbers, 6)) return "a number is not finite";
+  if (!inside(k.u, frame.width) || !inside(k.v, frame.height))
+    return "at (" + std::to_string(k.u) + ", " + std::to_string(k.v) + "), outside the image";
+  if (k.sigma_px <= 0) return "sigma_px is " + std::to_string(k.sigma_px);
+  if (k.scale <= 0) return "scale is " + std::to_string(k.scale);
+  if (k.laplacian_sign != 1 && k.laplacian_sign != -1)
+    return "laplacian_sign is " + std::to_string(k.laplacian_sign) + ", must be -1 or 1";
+  return "";
+}
+
+FeatureFrame from_message(const feature_frame_t& message) {
+  FeatureFrame frame;
+  frame.time_us = message.utime;
+  frame.publisher = message.publisher;
+  frame.seq = message.seq;
+  frame.camera = message.camera;
+  frame.calibration_id = message.calibration_id;
+  frame.width = message.width;
+  frame.height = message.height;
+  frame.extractor = static_cast<Extractor>(message.extractor);
+  frame.extractor_version = message.extractor_version;
+  frame.keypoints.resize(static_cast<std::size_t>(message.n));
+  for (std::size_t i = 0; i < frame.keypoints.size(); ++i)
+    frame.keypoints[i] = {
+        message.u[i],     message.v[i],        message.sigma_px[i],      message.scale[i],
+        message.angle[i], message.response[i], message.laplacian_sign[i]};
+  frame.descriptors.resize(message.descriptors.size());
+  if (!frame.descriptors.empty())
+    std::memcpy(frame.descriptors.data(), message.descriptors.data(), frame.descriptors.size());
+  return frame;
+}
+
+bool known_extractor(std::int16_t extractor) {
+  return extractor >= feature_frame_t::EXTRACTOR_SURF_UPRIGHT &&
+         extractor <= feature_frame_t::EXTRACTOR_SIFT;
+}
+
+}  // namespace
+
+feature_frame_t to_message(const FeatureFrame& frame) {
+  const std::size_t n = frame.keypoints.size();
+  if (frame.descriptors.size() != n * kDescriptorSize)
+    throw std::invalid_argument("descriptors: must be 64 bytes a keypoint");
+  feature_frame_t message;
+  message.utime = frame.time_us;
+  message.publisher = frame.publisher;
+  message.seq = frame.seq;
+  message.camera = frame.camera;
+  message.calibration_id = frame.calibration_id;
+  message.width = frame.width;
+  message.height = frame.height;
+  message.extractor = static_cast<std::int16_t>(frame.extractor);
+  message.extractor_version = frame.extractor_version;
+  message.n = static_cast<std::int32_t>(n);
+  for (const Keypoint& k : frame.keypoints) {
+    message.u.push_back(k.u);
+    message.v.push_back(k.v);
+    message.sigma_px.push_back(k.sigma_px);
+    message.scale.push_back(k.scale);
+    message.angle.push_back(k.angle);
+    message.response.push_back(k.response);
+    message.laplacian_sign.push_back(k.laplacian_sign);
+  }
+  message.descriptor_size = kDescriptorSize;
+  message.descriptor_bytes = static_cast<std::int32_t>(frame.descriptors.size());
+  message.descriptors.assign(frame.descriptors.begin(), frame.descriptors.end());
+  return message;
+}
+
+Decoded<FeatureFrame> decode_features(Bytes bytes) {
+  using Result = Decoded<FeatureFrame>;
+  const Decoded<feature_frame_t> decoded = decode_checked<feature_frame_t>(bytes, scan);
+  if (!decoded.ok()) return Result::refuse(decoded.reason, decoded.detail);
+  if (std::string problem = shape_problem(decoded.value); !problem.empty())
+    return Result::refuse(Reason::kMalformedMessage, problem);
+  if (!known_extractor(decoded.value.extractor))
+    return Result::refuse(Reason::kUnknownExtractor,
+                          "extractor " + std::to_string(decoded.value.extractor));
+  Result result;
+  result.value = from_message(decoded.value);
+  for (std::size_t i = 0; i < result.value.keypoints.size(); ++i)
+    if (std::string problem = keypoint_problem(result.value.keypoints[i], result.value);
+        !problem.empty())
+      return Result::refuse(Reason::kBadFeatures, "feature " + std::to_string(i) + ": " + problem);
+  return result;
+}
+
+}  // namespace eifmap

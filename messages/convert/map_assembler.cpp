@@ -1,0 +1,124 @@
+#include "convert/map_assembler.h"
+
+#include <algorithm>
+
+namespace eifmap {
+namespace {
+
+template <class Entry>
+void append(std::vector<Entry>& to, const std::vector<Entry>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+}  // namespace
+
+std::vector<MapPoint> PublishedMap::points() const {
+  std::vector<MapPoint> points;
+  points.reserve(landmarks.size());
+  for (const auto& [id, landmark] : landmarks) {
+    const auto anchor = keyframes.find(landmark.anchor);
+    if (anchor == keyframes.end()) continue;
+    points.push_back({anchor->second.map_from_camera * landmark.position_in_anchor,
+                      landmark.laplacian_sign, landmark.num_observations});
+  }
+  return points;
+}
+
+// False when the part is of an older run of the server or of an older map.
+bool MapAssembler::begin_map_if_newer(const MapPart& part) {
+  const auto key = [](std::int64_t epoch, std::int64_t map_id) { return std::pair(epoch, map_id); };
+  const auto current = key(map_.server_epoch, map_.map_id);
+  const auto other = key(part.origin.server_epoch, part.update.map_id);
+  if (other == current) return true;
+  if (other < current) return false;
+  map_ = {};
+  map_.server_epoch = other.first;
+  map_.map_id = other.second;
+  pending_.clear();
+  lost_ = 0;
+  return true;
+}
+
+MapAssembler::Outcome MapAssembler::add(const MapPart& part) {
+  if (!begin_map_if_newer(part) || part.update.seq <= map_.seq) return Outcome::kIgnored;
+  Pending& pending = pending_[part.update.seq];
+  if (pending.have.empty()) {
+    pending.update.map_id = part.update.map_id;
+    pending.update.map_epoch = part.update.map_epoch;
+    pending.update.seq = part.update.seq;
+    pending.update.base_seq = part.update.base_seq;
+    pending.have.resize(static_cast<std::size_t>(part.num_parts));
+    pending.missing = pending.have.size();
+  }
+  const auto index = static_cast<std::size_t>(part.part);
+  if (pending.have.size() != static_cast<std::size_t>(part.num_parts) || pending.have[index] ||
+      pending.update.base_seq != part.update.base_seq)
+    return Outcome::kIgnored;
+  pending.have[index] = true;
+  --pending.missing;
+  append(pending.update.keyframes, part.update.keyframes);
+  append(pending.update.landmarks, part.update.landmarks);
+  append(pending.update.removed_landmarks, part.update.removed_landmarks);
+  append(pending.update.observations, part.update.observations);
+
+  const bool whole = pending.missing == 0;
+  const std::int64_t seq = part.update.seq;
+  if (whole && apply_ready() && map_.seq >= seq) return Outcome::kApplied;
+  if (pending_.size() > max_waiting_) skip_gap();
+  if (map_.seq >= seq) return Outcome::kApplied;
+  return whole ? Outcome::kWaiting : Outcome::kIncomplete;
+}
+
+bool MapAssembler::is_next(const Pending& pending) const {
+  return pending.missing == 0 &&
+         (pending.update.base_seq == -1 || pending.update.base_seq == map_.seq);
+}
+
+// Applies every whole update that follows on from the map.
+bool MapAssembler::apply_ready() {
+  bool applied = false;
+  for (;;) {
+    const auto next = std::find_if(pending_.begin(), pending_.end(),
+                                   [this](const auto& entry) { return is_next(entry.second); });
+    if (next == pending_.end()) return applied;
+    apply(next->second.update);
+    pending_.erase(pending_.begin(), std::next(next));  // what is older is contained in it
+    applied = true;
+  }
+}
+
+void MapAssembler::apply(const MapUpdate& update) {
+  if (update.base_seq == -1) {
+    map_.keyframes.clear();
+    map_.landmarks.clear();
+    map_.observed.clear();
+  }
+  for (const KeyframeView& keyframe : update.keyframes) map_.keyframes[keyframe.id] = keyframe;
+  for (const LandmarkView& landmark : update.landmarks) map_.landmarks[landmark.id] = landmark;
+  for (const ObservationView& o : update.observations)
+    map_.observed.emplace(o.keyframe, o.landmark);
+  for (const std::int64_t id : update.removed_landmarks) map_.landmarks.erase(id);
+  map_.map_epoch = update.map_epoch;
+  map_.seq = update.seq;
+}
+
+// Gives up what is missing before the oldest whole update; when none is whole, the oldest itself.
+void MapAssembler::skip_gap() {
+  const auto whole = std::find_if(pending_.begin(), pending_.end(),
+                                  [](const auto& entry) { return entry.second.missing == 0; });
+  ++lost_;
+  if (whole == pending_.end()) {
+    pending_.erase(pending_.begin());
+    return;
+  }
+  lost_ += std::distance(pending_.begin(), whole);
+  apply(whole->second.update);
+  pending_.erase(pending_.begin(), std::next(whole));
+  apply_ready();
+}
+
+void MapAssembler::finish() {
+  while (!pending_.empty()) skip_gap();
+}
+
+}  // namespace eifmap

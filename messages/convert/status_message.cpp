@@ -1,0 +1,35 @@
+#include "convert/status_message.h"
+
+#include "convert/layout.h"
+#include "convert/limits.h"
+
+namespace eifmap {
+namespace {
+
+void scan(LayoutScanner& in) {
+  in.skip(2 * 8);  // utime, start_utime
+  for (const char* name : {"name", "version", "host", "camera"}) in.string(name, kMaxText);
+  in.skip(4 + 4 * 8 + 1 + 1 + 2);  // pid; epochs and map; state, level, reason
+  for (const char* name : {"message", "hint"}) in.string(name, kMaxText);
+  in.skip(8 * 8 + 4 * 4 + 4 * 4 + 8);  // counters; rates and latencies; counts; rss_bytes
+  const std::size_t n = in.count("num_diagnostics", kMaxText);
+  for (std::size_t i = 0; i < n && in.ok(); ++i)
+    for (const char* name : {"diagnostic key", "diagnostic value"}) in.string(name, kMaxText);
+}
+
+}  // namespace
+
+Decoded<status_t> decode_status(Bytes bytes) {
+  Decoded<status_t> decoded = decode_checked<status_t>(bytes, scan);
+  if (!decoded.ok()) return decoded;
+  const status_t& status = decoded.value;
+  if (status.state < status_t::STATE_WAITING || status.state > status_t::STATE_STOPPING)
+    return Decoded<status_t>::refuse(Reason::kMalformedMessage,
+                                     "state is " + std::to_string(status.state));
+  if (status.level < status_t::LEVEL_OK || status.level > status_t::LEVEL_ERROR)
+    return Decoded<status_t>::refuse(Reason::kMalformedMessage,
+                                     "level is " + std::to_string(status.level));
+  return decoded;
+}
+
+}  // namespace eifmap

@@ -1,0 +1,182 @@
+#include "server/camera_mapper.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "convert/camera_message.h"
+#include "convert/feature_message.h"
+#include "server/front_end.h"
+#include "server/image_decoder.h"
+
+namespace eifmap {
+namespace {
+
+// Calibrations kept while it is open which camera is mapped.
+constexpr std::size_t kMaxCameras = 64;
+
+FrameResult rejected(Reason reason, std::string detail) {
+  FrameResult result;
+  result.rejected = true;
+  result.reason = reason;
+  result.detail = std::move(detail);
+  return result;
+}
+
+// Id 0 is a publisher that does not say.
+std::string id_problem(std::int64_t calibration_id, const Camera& camera) {
+  if (calibration_id == 0 || calibration_id == camera.id()) return "";
+  return "the frame names calibration " + std::to_string(calibration_id) + ", known is " +
+         std::to_string(camera.id());
+}
+
+const ServerConfig& checked(const ServerConfig& config) {
+  if (const std::string problem = config.problem(); !problem.empty())
+    throw std::invalid_argument(problem);
+  return config;
+}
+
+}  // namespace
+
+CameraMapper::CameraMapper(const ServerConfig& config)
+    : config_(checked(config)), extractor_(config.surf), camera_(config.camera) {}
+
+const Camera* CameraMapper::calibration_of(const std::string& camera) const {
+  if (config_.calibration) return &*config_.calibration;
+  const auto found = calibrations_.find(camera);
+  return found == calibrations_.end() ? nullptr : &found->second;
+}
+
+CameraMapper::Taken CameraMapper::take_calibration(const std::string& camera, Bytes bytes) {
+  const Decoded<NamedCamera> decoded = decode_camera(bytes);
+  if (!decoded.ok()) return {decoded.reason, decoded.detail};
+  const Camera& calibration = decoded.value.camera;
+  if (decoded.value.name != camera)
+    return {Reason::kMalformedMessage,
+            "it names camera " + decoded.value.name + " on a channel of camera " + camera};
+  const Camera* known = calibration_of(camera);
+  if (known && known->id() == calibration.id()) return {};
+  if (config_.calibration)
+    return {Reason::kCalibrationMismatch,
+            "the configuration's calibration is another, and is used"};
+  if (!known && calibrations_.size() >= kMaxCameras)
+    return {Reason::kBadCalibration, "calibrations of too many cameras"};
+  calibrations_[camera] = calibration;
+  if (!mapper_ || camera != camera_) return {};
+  begin_map(camera, calibration);
+  return {Reason::kCalibrationChanged, "now " + std::to_string(calibration.width) + "x" +
+                                           std::to_string(calibration.height) + ", fx " +
+                                           std::to_string(calibration.fx) + " px"};
+}
+
+void CameraMapper::begin_map(const std::string& camera, const Camera& calibration) {
+  camera_ = camera;
+  map_id_offset_ = last_map_id_;
+  map_seq_ = 0;
+  record_ = {};
+  timer_ = {};
+  mapper_.emplace(calibration, config_.mapper);
+  mapper_->set_step_observer(
+      [this](std::string_view step, bool begins) { timer_.observe(step, begins); });
+}
+
+CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes bytes) {
+  const Camera* camera = calibration_of(channel.camera);
+  if (!camera) return {rejected(Reason::kNoCalibration, "camera " + channel.camera), {}};
+  timer_.begin_frame();
+  Decoded<FeatureFrame> frame = read_frame(channel, bytes, *camera);
+  if (frame.ok() && !mapper_) {
+    begin_map(channel.camera, *camera);
+    timer_.begin_frame();
+  }
+  Mapped mapped;
+  if (frame.ok())
+    mapped = map(frame.value);
+  else
+    mapped.result = rejected(frame.reason, std::move(frame.detail));
+  timer_.end_frame();
+  record_.add(mapped.result);
+  return mapped;
+}
+
+Decoded<FeatureFrame> CameraMapper::read_frame(const Channel& channel, Bytes bytes,
+                                               const Camera& camera) {
+  using Result = Decoded<FeatureFrame>;
+  if (channel.kind == ChannelKind::kImage) return read_image(channel, bytes, camera);
+  const TimedStep step(timer_, "decode");
+  Result frame = decode_features(bytes);
+  if (!frame.ok()) return frame;
+  if (frame.value.camera != channel.camera)
+    return Result::refuse(
+        Reason::kMalformedMessage,
+        "it names camera " + frame.value.camera + " on a channel of camera " + channel.camera);
+  if (std::string problem = id_problem(frame.value.calibration_id, camera); !problem.empty())
+    return Result::refuse(Reason::kCalibrationMismatch, std::move(problem));
+  frame.value.calibration_id = camera.id();
+  return frame;
+}
+
+Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes bytes,
+                                               const Camera& camera) {
+  using Result = Decoded<FeatureFrame>;
+  Decoded<ImageMessage> image;
+  DecodedImage pixels;
+  {
+    const TimedStep step(timer_, "decode");
+    image = decode_image(bytes);
+    if (!image.ok()) return Result::refuse(image.reason, std::move(image.detail));
+    if (std::string problem = id_problem(image.value.calibration_id, camera); !problem.empty())
+      return Result::refuse(Reason::kCalibrationMismatch, std::move(problem));
+    pixels = decode_pixels(image.value, camera);
+    if (!pixels.ok()) return Result::refuse(pixels.reason, std::move(pixels.detail));
+  }
+  const TimedStep step(timer_, "extract");
+  const ImageMessage& header = image.value;
+  Result frame;
+  frame.value =
+      extract_frame(extractor_, pixels.gray,
+                    {header.time_us, header.publisher, header.seq, channel.camera, camera.id()});
+  return frame;
+}
+
+CameraMapper::Mapped CameraMapper::map(const FeatureFrame& frame) {
+  count_gap(frame);
+  Mapped mapped;
+  try {
+    mapped.result = mapper_->process(frame);
+    if (mapped.result.map_updated) mapped.update = mapper_->map_update();
+  } catch (const std::exception& error) {
+    // A fault of ours: the map is no longer to be trusted, the next frame begins another.
+    begin_map(frame.camera, *calibration_of(frame.camera));
+    return {rejected(Reason::kFilterFailed, std::string("the map was given up: ") + error.what()),
+            {}};
+  }
+  if (mapped.update) {
+    mapped.update->map_id += map_id_offset_;
+    map_seq_ = mapped.update->seq;
+  }
+  if (mapped.result.map_id > 0) {
+    mapped.result.map_id += map_id_offset_;
+    mapped.result.map_seq = map_seq_;
+    last_map_id_ = mapped.result.map_id;
+  }
+  return mapped;
+}
+
+void CameraMapper::count_gap(const FeatureFrame& frame) {
+  const bool follows = publisher_ == frame.publisher && last_seq_ >= 0 && frame.seq > last_seq_;
+  if (follows) sequence_gaps_ += std::max<std::int64_t>(0, frame.seq - last_seq_ - 1 - dropped_);
+  publisher_ = frame.publisher;
+  last_seq_ = frame.seq;
+  dropped_ = 0;
+}
+
+MapperStatistics CameraMapper::statistics() const {
+  return mapper_ ? mapper_->statistics() : MapperStatistics{};
+}
+
+std::string CameraMapper::write_results(const std::filesystem::path& folder) const {
+  if (!mapper_) return "no calibrated frame has arrived, so there are no results to write";
+  return record_.write(folder, *mapper_, timer_, "camera " + camera_);
+}
+
+}  // namespace eifmap

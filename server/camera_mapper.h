@@ -1,0 +1,76 @@
+// One camera's mapping as its messages come in: calibrations, images or feature frames. Knows no
+// network and no thread, and no clock but the step timer's.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "convert/bytes.h"
+#include "convert/channel.h"
+#include "features/surf.h"
+#include "mapper.h"
+#include "server/config.h"
+#include "server/run_record.h"
+#include "server/step_timer.h"
+
+namespace eifmap {
+
+class CameraMapper {
+ public:
+  // Keeps a copy of the configuration. Throws std::invalid_argument with config.problem().
+  explicit CameraMapper(const ServerConfig& config);
+  CameraMapper(const CameraMapper&) = delete;
+  CameraMapper& operator=(const CameraMapper&) = delete;
+
+  struct Taken {
+    Reason reason = Reason::kNone;
+    std::string detail;
+  };
+  // A calibration message of this camera. kNone: taken, or known already; kCalibrationChanged:
+  // taken, the map was given up and a new one begins. Else refused, and nothing has changed.
+  Taken take_calibration(const std::string& camera, Bytes bytes);
+
+  struct Mapped {
+    FrameResult result;               // rejected, with the reason, when it never reached the map
+    std::optional<MapUpdate> update;  // when the frame changed the map
+  };
+  // An image or a feature frame: channel.kind says which. The first good frame of a calibrated
+  // camera decides which camera is mapped, unless the configuration does; frames of others must not
+  // be given from then on.
+  Mapped take_frame(const Channel& channel, Bytes bytes);
+
+  // Frames that the server itself dropped before the next one are no gap in their numbers.
+  void note_dropped(std::int64_t frames) { dropped_ += frames; }
+
+  const std::string& camera() const { return camera_; }  // that is mapped; "" none yet
+  MapperStatistics statistics() const;
+  std::int64_t sequence_gaps() const { return sequence_gaps_; }
+
+  // Writes what RunRecord writes, of all frames since the calibration last changed. Returns "" or
+  // what went wrong.
+  std::string write_results(const std::filesystem::path& folder) const;
+
+ private:
+  const Camera* calibration_of(const std::string& camera) const;
+  Decoded<FeatureFrame> read_frame(const Channel& channel, Bytes bytes, const Camera& camera);
+  Decoded<FeatureFrame> read_image(const Channel& channel, Bytes bytes, const Camera& camera);
+  Mapped map(const FeatureFrame& frame);
+  void begin_map(const std::string& camera, const Camera& calibration);
+  void count_gap(const FeatureFrame& frame);
+
+  const ServerConfig config_;
+  SurfExtractor extractor_;
+  std::map<std::string, Camera> calibrations_;  // by camera, from messages
+  std::string camera_;
+  std::optional<Mapper> mapper_;
+  // A mapper counts its maps from 1; what is published goes on counting from the mapper before.
+  std::int64_t map_id_offset_ = 0, last_map_id_ = 0, map_seq_ = 0;
+  std::int64_t publisher_ = 0, last_seq_ = -1, dropped_ = 0, sequence_gaps_ = 0;
+  RunRecord record_;
+  StepTimer timer_;
+};
+
+}  // namespace eifmap

@@ -1,0 +1,46 @@
+// The server's configuration: a JSON object with the sections of the options' structs.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "convert/map_message.h"
+#include "features/surf.h"
+#include "geometry/camera.h"
+#include "options.h"
+#include "server/inbox.h"
+
+namespace eifmap {
+
+struct ServerConfig {
+  std::string lcm_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
+  // The camera to map; "": the first one seen with a calibration.
+  std::string camera;
+  // One more channel whose images are that camera's, for drivers with channel names of their own.
+  std::string image_channel;
+  // Newest: the map keeps up with the camera, at the price of frames. Lossless: every frame, late.
+  InputMode input = InputMode::kNewest;
+  int max_queued_mib = 256;  // of input waiting for the mapper
+  // Parts that fit one datagram, at a pace that stock receive buffers keep up with.
+  int max_part_bytes = static_cast<int>(kDefaultMaxPartBytes);
+  int map_bytes_per_s = 5'000'000;
+  double status_period_s = 1;
+  std::optional<Camera> calibration;  // instead of waiting for one by message
+  SurfOptions surf;
+  MapperOptions mapper;
+
+  std::string problem() const;  // "" or which value is wrong and why
+};
+
+struct ParsedConfig {
+  ServerConfig config;
+  std::string problem;  // "" or which key or value is wrong, by its full name, and what was wanted
+};
+
+// Keys that are left out keep their defaults; unknown keys are refused.
+ParsedConfig parse_config(const std::string& json_text);
+
+// The whole of it as JSON, which parse_config reads back.
+std::string config_text(const ServerConfig& config);
+
+}  // namespace eifmap

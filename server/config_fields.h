@@ -1,0 +1,154 @@
+// Every setting's name, once: what reads, prints and tests the configuration visits these.
+#pragma once
+
+#include "server/config.h"
+
+namespace eifmap {
+
+// visit_fields(object, visitor) calls visitor(name, field) for each field of a struct, in order.
+// `Options` is a struct below or a const one.
+template <class Options, class Of>
+concept OptionsOf = std::same_as<std::remove_const_t<Options>, Of>;
+
+template <OptionsOf<Camera> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("width", o.width);
+  visit("height", o.height);
+  visit("model", o.model);
+  visit("fx", o.fx);
+  visit("fy", o.fy);
+  visit("cx", o.cx);
+  visit("cy", o.cy);
+  visit("distortion", o.distortion);
+}
+
+template <OptionsOf<SurfOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("max_features", o.max_features);
+  visit("octaves", o.octaves);
+  visit("sampling_step", o.sampling_step);
+  visit("min_response", o.min_response);
+}
+
+template <OptionsOf<MatchOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("max_ratio", o.max_ratio);
+  visit("max_distance", o.max_distance);
+  visit("mutual", o.mutual);
+}
+
+template <OptionsOf<RelativePoseOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("min_matches", o.min_matches);
+  visit("min_median_parallax_px", o.min_median_parallax_px);
+  visit("max_rotation_inlier_ratio", o.max_rotation_inlier_ratio);
+  visit("ransac_threshold_px", o.ransac_threshold_px);
+  visit("ransac_confidence", o.ransac_confidence);
+  visit("ransac_iterations", o.ransac_iterations);
+  visit("seed", o.seed);
+  visit("min_inlier_ratio", o.min_inlier_ratio);
+  visit("check_planar", o.check_planar);
+}
+
+template <OptionsOf<ScaleFitOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("min_inliers", o.min_inliers);
+  visit("min_inlier_ratio", o.min_inlier_ratio);
+  visit("max_relative_sigma", o.max_relative_sigma);
+  visit("max_runner_up", o.max_runner_up);
+  visit("bisquare", o.bisquare);
+  visit("max_spread", o.max_spread);
+}
+
+template <OptionsOf<AbsolutePoseOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("min_inliers", o.min_inliers);
+  visit("gate_sigma", o.gate_sigma);
+  visit("max_iterations", o.max_iterations);
+  visit("bisquare", o.bisquare);
+  visit("ransac_threshold_px", o.ransac_threshold_px);
+  visit("ransac_confidence", o.ransac_confidence);
+  visit("ransac_iterations", o.ransac_iterations);
+  visit("seed", o.seed);
+}
+
+template <OptionsOf<StartOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("min_features", o.min_features);
+  visit("min_matches", o.min_matches);
+  visit("max_sigma_direction_deg", o.max_sigma_direction_deg);
+  visit("min_points", o.min_points);
+  visit("max_relative_depth", o.max_relative_depth);
+  visit("max_frames", o.max_frames);
+}
+
+template <OptionsOf<KeyframeOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("min_tracked_ratio", o.min_tracked_ratio);
+  visit("max_baseline_ratio", o.max_baseline_ratio);
+  visit("min_inliers", o.min_inliers);
+}
+
+template <OptionsOf<LandmarkOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("neighbours", o.neighbours);
+  visit("min_parallax_deg", o.min_parallax_deg);
+  visit("max_relative_depth", o.max_relative_depth);
+  visit("max_error", o.max_error);
+  visit("min_views", o.min_views);
+  visit("search_radius_px", o.search_radius_px);
+}
+
+template <OptionsOf<EdgeOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("enabled", o.enabled);
+  visit("max_sigma_direction_deg", o.max_sigma_direction_deg);
+  visit("min_measurements", o.min_measurements);
+  visit("max_spent_ratio", o.max_spent_ratio);
+}
+
+template <OptionsOf<FilterOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("relinearize_px", o.relinearize_px);
+  visit("max_iterations", o.max_iterations);
+  visit("gate_sigma", o.gate_sigma);
+}
+
+template <OptionsOf<LostOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("min_inliers", o.min_inliers);
+  visit("new_map_after_s", o.new_map_after_s);
+}
+
+template <OptionsOf<MapperOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("map_sign", o.map_sign);
+  visit("sigma_factor", o.sigma_factor);
+  visit("match", o.match);
+  visit("relative_pose", o.relative_pose);
+  visit("scale_fit", o.scale_fit);
+  visit("absolute_pose", o.absolute_pose);
+  visit("start", o.start);
+  visit("keyframe", o.keyframe);
+  visit("landmark", o.landmark);
+  visit("edge", o.edge);
+  visit("filter", o.filter);
+  visit("lost", o.lost);
+}
+
+template <OptionsOf<ServerConfig> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("lcm_url", o.lcm_url);
+  visit("camera", o.camera);
+  visit("image_channel", o.image_channel);
+  visit("input", o.input);
+  visit("max_queued_mib", o.max_queued_mib);
+  visit("max_part_bytes", o.max_part_bytes);
+  visit("map_bytes_per_s", o.map_bytes_per_s);
+  visit("status_period_s", o.status_period_s);
+  visit("calibration", o.calibration);
+  visit("surf", o.surf);
+  visit("mapper", o.mapper);
+}
+
+}  // namespace eifmap

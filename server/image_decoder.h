@@ -1,0 +1,24 @@
+// From the bytes of a published image to pixels.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "convert/image_message.h"
+#include "geometry/camera.h"
+
+namespace eifmap {
+
+struct DecodedImage {
+  Reason reason = Reason::kNone;  // kNone: `gray` is valid
+  std::string detail;
+  cv::Mat gray;  // CV_8UC1, the camera's size
+
+  bool ok() const { return reason == Reason::kNone; }
+};
+
+// Refuses: kBadImageSize (not the camera's, by the message or by the JPEG's own header, which is
+// read before anything is allocated), kCorruptImage (not a JPEG, or cut off).
+DecodedImage decode_pixels(const ImageMessage& image, const Camera& camera);
+
+}  // namespace eifmap

@@ -1,0 +1,82 @@
+// Where the receiving thread leaves messages for the mapping thread: the only state they share.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "convert/bytes.h"
+#include "convert/channel.h"
+
+namespace eifmap {
+
+enum class InputMode {
+  kNewest,    // a new frame replaces one that still waits
+  kLossless,  // every frame, in order; a full inbox makes the receiving thread wait
+};
+
+struct Received {
+  Channel channel;
+  std::vector<std::uint8_t> bytes;
+  std::chrono::steady_clock::time_point time;
+  std::int64_t dropped_before = 0;  // frames replaced since the one taken before this
+};
+
+class Inbox {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+
+  struct Counts {
+    std::int64_t frames = 0;   // that arrived, of the selected camera
+    std::int64_t dropped = 0;  // of them, replaced by a newer one
+    std::int64_t foreign = 0;  // of other cameras
+  };
+
+  // More than `max_bytes` never wait, except a single larger message.
+  Inbox(InputMode mode, std::size_t max_bytes) : mode_(mode), max_bytes_(max_bytes) {}
+
+  // Moves in a copy of the bytes. A calibration replaces one of the same camera that waits. May
+  // wait for room when lossless. After close() nothing is taken in.
+  void put(const Channel& channel, Bytes bytes);
+
+  // The next message, in the order of their arrival; waits for one until `deadline`.
+  std::optional<Received> take(TimePoint deadline);
+
+  // From now on only this camera's frames; those of others that wait are thrown out.
+  void select_camera(const std::string& camera);
+
+  // Nothing more goes in, and waiting ends.
+  void close();
+
+  // Waits until everything that came in was taken and the taker came back for more, or `deadline`.
+  bool wait_until_idle(TimePoint deadline);
+
+  Counts counts() const;
+
+ private:
+  static bool is_frame(const Channel& channel) { return channel.kind != ChannelKind::kCalibration; }
+  bool is_foreign(const Channel& channel) const {
+    return !camera_.empty() && channel.camera != camera_;
+  }
+  template <class Predicate>
+  std::int64_t remove(Predicate predicate);
+
+  const InputMode mode_;
+  const std::size_t max_bytes_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Received> queue_;
+  std::size_t queued_bytes_ = 0;
+  std::string camera_;
+  Counts counts_;
+  std::int64_t dropped_since_take_ = 0;
+  bool taker_waits_ = false;
+  bool closed_ = false;
+};
+
+}  // namespace eifmap

@@ -1,0 +1,198 @@
+// eifmap-server: options in, exit code out.
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <fstream>
+#include <iostream>
+#include <opencv2/core/utility.hpp>
+#include <sstream>
+
+#include "sequence/recorded_sequence.h"
+#include "server/lcm_bus.h"
+#include "server/mapping_server.h"
+#include "server/progress_bar.h"
+#include "server/sequence_run.h"
+
+namespace {
+
+using namespace eifmap;
+
+constexpr int kFailed = 1;
+constexpr int kBadOptions = 2;
+
+struct Options {
+  std::string config_file, lcm_url, camera, input, calibration_file;
+  bool print_config = false;
+  SequenceRunOptions sequence;
+};
+
+// SIGINT and SIGTERM wait until they are asked for; blocked before any thread is made, so that
+// every thread blocks them.
+class StopSignals {
+ public:
+  StopSignals() {
+    sigemptyset(&set_);
+    sigaddset(&set_, SIGINT);
+    sigaddset(&set_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
+  }
+  bool arrived() {
+    const timespec at_once{};
+    if (sigtimedwait(&set_, nullptr, &at_once) > 0) arrived_ = true;
+    return arrived_;
+  }
+
+ private:
+  sigset_t set_;
+  bool arrived_ = false;
+};
+
+std::string read_file(const std::string& file) {
+  std::ifstream in(file);
+  std::stringstream text;
+  text << in.rdbuf();
+  if (!in) throw std::invalid_argument(file + ": cannot be read");
+  return text.str();
+}
+
+// The file's values, then the command line's.
+ServerConfig effective_config(const Options& options) {
+  ParsedConfig parsed;
+  if (!options.config_file.empty()) {
+    parsed = parse_config(read_file(options.config_file));
+    if (!parsed.problem.empty())
+      throw std::invalid_argument(options.config_file + ": " + parsed.problem);
+  }
+  ServerConfig& config = parsed.config;
+  if (!options.lcm_url.empty()) config.lcm_url = options.lcm_url;
+  if (!options.camera.empty()) config.camera = options.camera;
+  if (!options.input.empty())
+    config.input = options.input == "lossless" ? InputMode::kLossless : InputMode::kNewest;
+  if (!options.calibration_file.empty()) {
+    const CameraFile calibration = read_camera(options.calibration_file);
+    if (!calibration.problem.empty()) throw std::invalid_argument(calibration.problem);
+    config.calibration = calibration.camera;
+  }
+  if (const std::string problem = config.problem(); !problem.empty())
+    throw std::invalid_argument(problem);
+  return config;
+}
+
+int run_recorded(SequenceRunOptions options, const ServerConfig& config, StopSignals& signals) {
+  if (options.output.empty()) throw std::invalid_argument("--sequence needs --output DIR");
+  options.surf = config.surf;
+  options.mapper = config.mapper;
+  ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
+  const std::string problem = run_sequence(options, [&](int done, int total) {
+    bar.show(done, total);
+    return !signals.arrived();
+  });
+  if (!problem.empty()) {
+    spdlog::error(problem);
+    return kFailed;
+  }
+  spdlog::info("results are in {}", options.output.string());
+  return 0;
+}
+
+void log_change(const status_t& status) {
+  const auto level = status.level == status_t::LEVEL_OK        ? spdlog::level::info
+                     : status.level == status_t::LEVEL_WARNING ? spdlog::level::warn
+                                                               : spdlog::level::err;
+  static constexpr const char* kStates[] = {"waiting", "starting", "tracking",
+                                            "lost",    "paused",   "stopping"};
+  spdlog::log(level, "{}: {}{}{}", kStates[status.state], status.message,
+              status.hint.empty() ? "" : "; ", status.hint);
+}
+
+int run_live(const ServerConfig& config, const std::filesystem::path& output,
+             StopSignals& signals) {
+  const LcmBus::Opened opened = LcmBus::open(config.lcm_url);
+  if (!opened.problem.empty()) {
+    spdlog::error(opened.problem);
+    return kFailed;
+  }
+  if (!opened.advice.empty()) spdlog::warn(opened.advice);
+  MappingServer server(config, *opened.bus, log_change);
+  spdlog::info("listening on {}", config.lcm_url);
+  bool healthy = true;
+  while (healthy && !signals.arrived())
+    healthy = opened.bus->receive(std::chrono::milliseconds(100));
+  if (!healthy) spdlog::error("LCM broke off at {}", config.lcm_url);
+  server.stop();
+  spdlog::info("stopped");
+  if (output.empty()) return healthy ? 0 : kFailed;
+  const std::string problem = server.write_results(output);
+  if (!problem.empty()) spdlog::error(problem);
+  return healthy && problem.empty() ? 0 : kFailed;
+}
+
+int run(const Options& options, StopSignals& signals) {
+  try {
+    const ServerConfig config = effective_config(options);
+    if (options.print_config) {
+      std::cout << config_text(config) << '\n';
+      return 0;
+    }
+    if (!options.sequence.sequence.empty()) return run_recorded(options.sequence, config, signals);
+    return run_live(config, options.sequence.output, signals);
+  } catch (const std::invalid_argument& error) {
+    spdlog::error(error.what());
+    return kBadOptions;
+  } catch (const std::exception& error) {
+    spdlog::error(error.what());
+    return kFailed;
+  }
+}
+
+void add_options(CLI::App& app, Options& options) {
+  SequenceRunOptions& sequence = options.sequence;
+  app.set_version_flag("--version", EIFMAP_VERSION);
+  app.add_option("--config", options.config_file, "JSON file; --print-config shows every key");
+  app.add_flag("--print-config", options.print_config, "print the configuration in force and stop");
+  app.add_option("--calibration", options.calibration_file,
+                 "calib.json of the camera, instead of waiting for a calibration message");
+  app.add_option("--output", sequence.output, "folder for trajectories, map and report");
+
+  const char* live = "Live, over LCM";
+  app.add_option("--lcm-url", options.lcm_url, "network to listen and publish on")->group(live);
+  app.add_option("--camera", options.camera, "camera to map; default: the first seen")->group(live);
+  app.add_option("--input", options.input, "newest: keep up; lossless: take every frame")
+      ->check(CLI::IsMember({"newest", "lossless"}))
+      ->group(live);
+
+  const char* recorded = "Recorded, without a network";
+  app.add_option("--sequence", sequence.sequence, "folder with images/, times.txt, calib.json")
+      ->group(recorded);
+  app.add_option("--every", sequence.every, "take every n-th image")
+      ->check(CLI::PositiveNumber)
+      ->group(recorded);
+  app.add_option("--max-frames", sequence.max_frames, "stop after so many of them; 0: all")
+      ->check(CLI::NonNegativeNumber)
+      ->group(recorded);
+  app.add_option("--jitter-px", sequence.jitter_px, "noise added to the features' places, px")
+      ->check(CLI::NonNegativeNumber)
+      ->group(recorded);
+  app.add_option("--seed", sequence.seed, "of that noise")->group(recorded);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  StopSignals signals;
+  cv::setNumThreads(1);  // one mapping thread is the whole plan; results must not depend on cores
+  spdlog::set_default_logger(spdlog::stderr_color_mt("eifmap-server"));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  Options options;
+  CLI::App app("Maps a camera's images: publishes its poses and a map of points.", "eifmap-server");
+  add_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kBadOptions;
+  }
+  return run(options, signals);
+}

@@ -1,0 +1,185 @@
+#include "server/mapping_server.h"
+
+#include <algorithm>
+
+namespace eifmap {
+namespace {
+
+using std::chrono::milliseconds;
+
+// liblcm's own queue, per subscription. When it is full, liblcm drops what comes.
+constexpr int kQueuedNewest = 30;
+constexpr int kQueuedLossless = 2000;
+
+// Changes of the reason alone are told at most this often: some alternate from frame to frame.
+constexpr milliseconds kReasonPeriod(200);
+
+// A map that was just made leaves within this time, or not at all.
+constexpr std::chrono::seconds kLastSend(5);
+
+std::int64_t now_us() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace
+
+MappingServer::MappingServer(const ServerConfig& config, Bus& bus, OnChange on_change)
+    : config_(config),
+      bus_(bus),
+      on_change_(std::move(on_change)),
+      server_epoch_(now_us()),
+      inbox_(config.input, static_cast<std::size_t>(std::max(config.max_queued_mib, 1)) << 20),
+      mapper_(config),
+      outbox_(config.map_bytes_per_s),
+      board_(server_epoch_),
+      next_status_(Clock::now()),
+      next_reason_(Clock::now()) {
+  if (!config.camera.empty()) inbox_.select_camera(config.camera);
+  subscribe(config);
+  thread_ = std::thread(&MappingServer::run, this);
+}
+
+MappingServer::~MappingServer() {
+  stop();
+  bus_.unsubscribe_all();
+}
+
+void MappingServer::subscribe(const ServerConfig& config) {
+  const int max_queued = config.input == InputMode::kLossless ? kQueuedLossless : kQueuedNewest;
+  for (const ChannelKind kind :
+       {ChannelKind::kCalibration, ChannelKind::kImage, ChannelKind::kFeatures})
+    bus_.subscribe(channel_pattern(config.camera, kind), max_queued,
+                   [this](const std::string& channel, Bytes bytes) { receive(channel, bytes); });
+  if (config.image_channel.empty()) return;
+  bus_.subscribe(literal_pattern(config.image_channel), max_queued,
+                 [this](const std::string&, Bytes bytes) {
+                   inbox_.put({config_.camera, ChannelKind::kImage}, bytes);
+                 });
+}
+
+// In the receiving thread: nothing but moving bytes.
+void MappingServer::receive(const std::string& channel, Bytes bytes) {
+  if (const std::optional<Channel> parsed = parse_channel(channel))
+    inbox_.put(*parsed, bytes);
+  else
+    ++bad_channels_;
+}
+
+void MappingServer::run() {
+  while (!stopping_) {
+    if (Clock::now() >= next_status_) publish_status(true);
+    const Clock::time_point deadline = std::min(next_status_, send_parts().value_or(next_status_));
+    if (const std::optional<Received> message = inbox_.take(deadline)) {
+      handle(*message);
+      tell_changes();
+    }
+  }
+  const Clock::time_point give_up = Clock::now() + kLastSend;
+  for (auto next = send_parts(); next && *next < give_up; next = send_parts())
+    std::this_thread::sleep_until(*next);
+  board_.note_stopping();
+  publish_status(true);
+}
+
+void MappingServer::handle(const Received& message) {
+  try {
+    if (message.channel.kind == ChannelKind::kCalibration)
+      take_calibration(message);
+    else
+      take_frame(message);
+  } catch (const std::exception& error) {
+    // Memory, or a fault of ours. One message is lost; the server goes on.
+    board_.note_reason(Reason::kMalformedMessage, error.what());
+  }
+}
+
+void MappingServer::take_calibration(const Received& message) {
+  const CameraMapper::Taken taken = mapper_.take_calibration(message.channel.camera, message.bytes);
+  if (taken.reason == Reason::kCalibrationChanged) board_.note_new_map();
+  if (taken.reason != Reason::kNone) board_.note_reason(taken.reason, taken.detail);
+}
+
+void MappingServer::take_frame(const Received& message) {
+  mapper_.note_dropped(message.dropped_before);
+  const bool was_open = mapper_.camera().empty();
+  const CameraMapper::Mapped mapped = mapper_.take_frame(message.channel, message.bytes);
+  if (was_open && !mapper_.camera().empty()) inbox_.select_camera(mapper_.camera());
+  if (!mapped.result.rejected) {
+    const PublishedPose pose{{server_epoch_, mapper_.camera()}, mapped.result};
+    send(channel_name(mapper_.camera(), ChannelKind::kPose), encode(to_message(pose)));
+  }
+  board_.note_frame(mapped.result, message.time, Clock::now());
+  if (mapped.update) publish_map(*mapped.update, mapped.result.time_us);
+}
+
+void MappingServer::publish_map(const MapUpdate& update, std::int64_t time_us) {
+  const std::string channel = channel_name(mapper_.camera(), ChannelKind::kMap);
+  for (const MapPart& part : split_update(update, {server_epoch_, mapper_.camera()}, time_us,
+                                          static_cast<std::size_t>(config_.max_part_bytes)))
+    outbox_.push(channel, encode(to_message(part)));
+  parts_wait_ = true;
+}
+
+std::optional<MappingServer::Clock::time_point> MappingServer::send_parts() {
+  const auto next = outbox_.send_due(
+      Clock::now(), [this](const std::string& channel, const std::vector<std::uint8_t>& bytes) {
+        send(channel, bytes);
+        board_.note_part_sent();
+      });
+  parts_wait_ = next.has_value();
+  return next;
+}
+
+void MappingServer::tell_changes() {
+  const std::pair<TrackingState, Reason> headline = board_.headline();
+  if (headline == told_) return;
+  const Clock::time_point now = Clock::now();
+  if (headline.first == told_.first && now < next_reason_) return;
+  told_ = headline;
+  next_reason_ = now + kReasonPeriod;
+  const status_t status = publish_status(false);
+  if (on_change_) on_change_(status);
+}
+
+status_t MappingServer::publish_status(bool new_period) {
+  const Inbox::Counts counts = inbox_.counts();
+  const Clock::time_point now = Clock::now();
+  const status_t status = board_.make(
+      mapper_.camera(),
+      {counts.frames, counts.dropped, counts.foreign, mapper_.sequence_gaps(), bad_channels_},
+      mapper_.statistics(), now, new_period);
+  if (new_period)
+    next_status_ = now + std::chrono::duration_cast<Clock::duration>(
+                             std::chrono::duration<double>(config_.status_period_s));
+  const std::string camera = mapper_.camera().empty() ? "server" : mapper_.camera();
+  send(channel_name(camera, ChannelKind::kStatus), encode(status));
+  return status;
+}
+
+void MappingServer::send(const std::string& channel, const std::vector<std::uint8_t>& bytes) {
+  if (!bus_.publish(channel, bytes)) board_.note_send_failure();
+}
+
+bool MappingServer::wait_until_idle(milliseconds timeout) {
+  const Clock::time_point deadline = Clock::now() + timeout;
+  while (inbox_.wait_until_idle(deadline) && Clock::now() < deadline) {
+    if (!parts_wait_) return true;
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  return false;
+}
+
+void MappingServer::stop() {
+  if (!thread_.joinable()) return;
+  stopping_ = true;
+  inbox_.close();
+  thread_.join();
+}
+
+std::string MappingServer::write_results(const std::filesystem::path& folder) const {
+  return mapper_.write_results(folder);
+}
+
+}  // namespace eifmap

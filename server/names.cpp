@@ -1,0 +1,37 @@
+#include "server/names.h"
+
+namespace eifmap {
+
+std::string_view name(PoseSource source) {
+  switch (source) {
+    case PoseSource::kNone:
+      return "NONE";
+    case PoseSource::kScaleFit:
+      return "SCALE_FIT";
+    case PoseSource::kMapOnly:
+      return "MAP_ONLY";
+    case PoseSource::kPnp:
+      return "PNP";
+    case PoseSource::kRelocalized:
+      return "RELOCALIZED";
+    case PoseSource::kStartSet:
+      return "START_SET";
+  }
+  return "UNKNOWN";
+}
+
+std::string_view name(TrackingState state) {
+  switch (state) {
+    case TrackingState::kWaiting:
+      return "WAITING";
+    case TrackingState::kStarting:
+      return "STARTING";
+    case TrackingState::kTracking:
+      return "TRACKING";
+    case TrackingState::kLost:
+      return "LOST";
+  }
+  return "UNKNOWN";
+}
+
+}  // namespace eifmap

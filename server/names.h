@@ -1,0 +1,13 @@
+// The names that reports and status messages use.
+#pragma once
+
+#include <string_view>
+
+#include "map_view.h"
+
+namespace eifmap {
+
+std::string_view name(PoseSource source);    // "SCALE_FIT", ...
+std::string_view name(TrackingState state);  // "TRACKING", ...
+
+}  // namespace eifmap

@@ -1,0 +1,22 @@
+#include "server/outbox.h"
+
+#include <algorithm>
+
+namespace eifmap {
+
+void Outbox::push(std::string channel, std::vector<std::uint8_t> bytes) {
+  waiting_.push_back({std::move(channel), std::move(bytes)});
+}
+
+std::optional<Outbox::TimePoint> Outbox::send_due(TimePoint now, const Send& send) {
+  paid_until_ = std::max(paid_until_, now - duration(kBurstBytes));
+  while (!waiting_.empty() && paid_until_ <= now) {
+    send(waiting_.front().channel, waiting_.front().bytes);
+    paid_until_ += duration(waiting_.front().bytes.size());
+    waiting_.pop_front();
+  }
+  if (waiting_.empty()) return {};
+  return paid_until_;
+}
+
+}  // namespace eifmap

@@ -1,0 +1,122 @@
+#include "server/run_record.h"
+
+#include <sys/resource.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "sequence/ply.h"
+#include "sequence/tum.h"
+#include "server/names.h"
+
+namespace eifmap {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json reasons_json(const std::map<Reason, std::int64_t>& counts) {
+  Json json = Json::object();
+  for (const auto& [reason, count] : counts)
+    if (reason != Reason::kNone) json[describe(reason).name] = count;
+  return json;
+}
+
+Json sources_json(const std::map<PoseSource, std::int64_t>& counts) {
+  Json json = Json::object();
+  for (const auto& [source, count] : counts) json[std::string(name(source))] = count;
+  return json;
+}
+
+Json steps_json(const StepTimer& timer) {
+  Json json = Json::object();
+  for (const auto& [step, time] : timer.summary())
+    json[step] = {{"frames", time.frames},
+                  {"median_ms", time.median_ms},
+                  {"p99_ms", time.p99_ms},
+                  {"total_s", time.total_s}};
+  return json;
+}
+
+std::string write_text(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text << '\n';
+  out.close();
+  return out ? "" : file.string() + ": cannot be written";
+}
+
+double seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+rusage usage() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage;
+}
+
+}  // namespace
+
+double process_cpu_seconds() {
+  const rusage now = usage();
+  return seconds(now.ru_utime) + seconds(now.ru_stime);
+}
+
+double peak_rss_mib() {
+  return static_cast<double>(usage().ru_maxrss) / 1024;
+}
+
+void RunRecord::add(const FrameResult& result) {
+  ++frames_;
+  if (result.rejected)
+    ++rejected_[result.reason];
+  else if (result.state == TrackingState::kTracking)
+    published_.push_back({result.time_us, result.map_from_camera});
+}
+
+std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& mapper,
+                             const StepTimer& timer, const std::string& source) const {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return folder.string() + ": " + error.message();
+
+  const std::vector<TimedPose> final_trajectory = mapper.final_trajectory();
+  const MapperStatistics& statistics = mapper.statistics();
+  std::int64_t rejected = 0;
+  for (const auto& [reason, count] : rejected_) rejected += count;
+  const auto per_frame = [this](double x) { return frames_ > 0 ? x / frames_ : 0.0; };
+
+  Json report;
+  report["source"] = source;
+  report["frames"] = frames_;
+  report["tracked"] = published_.size();
+  report["coverage"] = per_frame(static_cast<double>(final_trajectory.size()));
+  report["keyframes"] = statistics.keyframes;
+  report["landmarks"] = statistics.landmarks;
+  report["observations"] = statistics.observations;
+  report["edges"] = statistics.edges;
+  report["starts"] = statistics.starts;
+  report["losses"] = statistics.losses;
+  report["rejected"] = rejected;
+  report["pose_sources"] = sources_json(statistics.sources);
+  report["reasons"] = reasons_json(statistics.reasons);
+  report["rejected_reasons"] = reasons_json(rejected_);
+  report["cpu_s"] = process_cpu_seconds();
+  report["cpu_ms_per_frame"] = 1000 * per_frame(process_cpu_seconds());
+  const std::map<std::string, StepTime> steps = timer.summary();
+  const auto whole = steps.find("frame");
+  report["wall_s"] = whole == steps.end() ? 0.0 : whole->second.total_s;
+  report["peak_rss_mib"] = peak_rss_mib();
+  report["steps"] = steps_json(timer);
+
+  for (const std::string& problem :
+       {write_tum(folder / "trajectory.tum", published_),
+        write_tum(folder / "trajectory_final.tum", final_trajectory),
+        write_tum(folder / "keyframes.tum", mapper.keyframe_trajectory()),
+        write_ply(folder / "map.ply", mapper.map_points()),
+        write_text(folder / "report.json", report.dump(1))})
+    if (!problem.empty()) return problem;
+  return "";
+}
+
+}  // namespace eifmap

@@ -1,0 +1,36 @@
+// What a run leaves behind: trajectories, map and report.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mapper.h"
+#include "server/step_timer.h"
+
+namespace eifmap {
+
+// Poses as they were published, gathered frame by frame.
+class RunRecord {
+ public:
+  // `result`: also of a frame that never reached the mapper (result.rejected, with its reason).
+  void add(const FrameResult& result);
+
+  // Writes trajectory.tum, trajectory_final.tum, keyframes.tum, map.ply and report.json into
+  // `folder`, made when it is not there. Returns "" or what went wrong.
+  std::string write(const std::filesystem::path& folder, const Mapper& mapper,
+                    const StepTimer& timer, const std::string& source) const;
+
+  int frames() const { return frames_; }
+
+ private:
+  int frames_ = 0;  // offered, rejected ones too
+  std::map<Reason, std::int64_t> rejected_;
+  std::vector<TimedPose> published_;
+};
+
+// Of this process so far, every thread.
+double process_cpu_seconds();
+double peak_rss_mib();
+
+}  // namespace eifmap

@@ -1,0 +1,167 @@
+#include "server/status_board.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <climits>
+#include <fstream>
+
+#include "convert/limits.h"
+#include "server/names.h"
+
+namespace eifmap {
+namespace {
+
+constexpr std::size_t kLatencies = 256;
+
+std::int64_t now_us() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+std::string host_name() {
+  std::array<char, HOST_NAME_MAX + 1> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+std::int64_t resident_bytes() {
+  std::int64_t total = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> total >> resident;
+  return resident * sysconf(_SC_PAGESIZE);
+}
+
+diagnostic_t diagnostic(const std::string& key, std::int64_t value) {
+  diagnostic_t entry;
+  entry.key = key;
+  entry.value = std::to_string(value);
+  return entry;
+}
+
+std::string clipped(std::string text) {
+  if (text.size() > kMaxText) text.resize(kMaxText);
+  return text;
+}
+
+std::int8_t level_of(const FrameResult& last) {
+  if (last.rejected) return status_t::LEVEL_ERROR;
+  return last.state == TrackingState::kLost ? status_t::LEVEL_WARNING : status_t::LEVEL_OK;
+}
+
+}  // namespace
+
+StatusBoard::StatusBoard(std::int64_t server_epoch)
+    : identity_{}, period_begin_(std::chrono::steady_clock::now()) {
+  identity_.start_utime = now_us();
+  identity_.name = "eifmap-server";
+  identity_.version = EIFMAP_VERSION;
+  identity_.host = host_name();
+  identity_.pid = static_cast<std::int32_t>(getpid());
+  identity_.server_epoch = server_epoch;
+}
+
+void StatusBoard::note_frame(const FrameResult& result, TimePoint received, TimePoint published) {
+  if (result.rejected) {
+    ++rejected_;
+    malformed_ += result.reason == Reason::kMalformedMessage ? 1 : 0;
+    note_reason(result.reason, result.detail);
+    return;
+  }
+  ++processed_;
+  last_ = result;
+  const float ms = std::chrono::duration<float, std::milli>(published - received).count();
+  if (latencies_ms_.size() < kLatencies) {
+    latencies_ms_.push_back(ms);
+  } else {
+    latencies_ms_[next_latency_] = ms;
+    next_latency_ = (next_latency_ + 1) % kLatencies;
+  }
+}
+
+void StatusBoard::note_reason(Reason reason, const std::string& detail) {
+  last_.rejected = reason != Reason::kCalibrationChanged;
+  last_.reason = reason;
+  last_.detail = detail;
+}
+
+void StatusBoard::note_new_map() {
+  last_ = {};
+}
+
+float StatusBoard::latency_ms(double quantile) const {
+  if (latencies_ms_.empty()) return 0;
+  std::vector<float> sorted = latencies_ms_;
+  std::sort(sorted.begin(), sorted.end());
+  return sorted[static_cast<std::size_t>(quantile * static_cast<double>(sorted.size() - 1))];
+}
+
+void StatusBoard::measure_rates(std::int64_t received, TimePoint now) {
+  const float elapsed_s = std::chrono::duration<float>(now - period_begin_).count();
+  if (elapsed_s <= 0) return;
+  input_hz_ = static_cast<float>(received - period_received_) / elapsed_s;
+  pose_hz_ = static_cast<float>(processed_ - period_processed_) / elapsed_s;
+  period_begin_ = now;
+  period_received_ = received;
+  period_processed_ = processed_;
+}
+
+void StatusBoard::describe_state(status_t& status, const std::string& camera) const {
+  status.state = stopping_ ? status_t::STATE_STOPPING : static_cast<std::int8_t>(last_.state);
+  status.level = level_of(last_);
+  status.reason = static_cast<std::int16_t>(last_.reason);
+  if (stopping_) {
+    status.message = "the server was told to stop";
+  } else if (last_.reason != Reason::kNone) {
+    const ReasonText& text = describe(last_.reason);
+    status.message = text.text + (last_.detail.empty() ? "" : ": " + last_.detail);
+    status.hint = text.hint;
+  } else if (last_.state == TrackingState::kTracking) {
+    status.message = std::to_string(last_.num_inliers) + " of " +
+                     std::to_string(last_.num_matches) + " map features agree with the pose";
+  } else if (processed_ == 0) {
+    const std::string name = camera.empty() ? "<camera>" : camera;
+    status.message = "no frame has arrived yet";
+    status.hint = "publish eifmap." + name + ".calibration and eifmap." + name +
+                  ".image or eifmap." + name + ".features";
+  }
+  status.message = clipped(std::move(status.message));
+}
+
+status_t StatusBoard::make(const std::string& camera, const Counts& counts,
+                           const MapperStatistics& statistics, TimePoint now, bool new_period) {
+  if (new_period) measure_rates(counts.frames_received, now);
+  status_t status = identity_;
+  status.utime = now_us();
+  status.camera = camera;
+  status.map_id = last_.map_id;
+  status.map_epoch = last_.map_epoch;
+  status.map_seq = last_.map_seq;
+  describe_state(status, camera);
+  status.frames_received = counts.frames_received + counts.foreign_frames;
+  status.frames_processed = processed_;
+  status.frames_dropped = counts.frames_dropped;
+  status.frames_rejected = rejected_ + counts.foreign_frames;
+  status.sequence_gaps = counts.sequence_gaps;
+  status.bad_messages = malformed_ + counts.bad_channels;
+  status.parts_sent = parts_sent_;
+  status.last_frame_utime = last_.time_us;
+  status.input_hz = input_hz_;
+  status.pose_hz = pose_hz_;
+  status.latency_ms_p50 = latency_ms(0.5);
+  status.latency_ms_p99 = latency_ms(0.99);
+  status.num_landmarks = static_cast<std::int32_t>(statistics.landmarks);
+  status.num_keyframes = static_cast<std::int32_t>(statistics.keyframes);
+  status.num_matches = last_.num_matches;
+  status.num_inliers = last_.num_inliers;
+  status.rss_bytes = resident_bytes();
+  for (const auto& [source, count] : statistics.sources)
+    status.diagnostics.push_back(diagnostic("poses." + std::string(name(source)), count));
+  for (const auto& [reason, count] : statistics.reasons)
+    status.diagnostics.push_back(
+        diagnostic("frames." + std::string(eifmap::describe(reason).name), count));
+  status.diagnostics.push_back(diagnostic("send_failures", send_failures_));
+  status.num_diagnostics = static_cast<std::int32_t>(status.diagnostics.size());
+  return status;
+}
+
+}  // namespace eifmap

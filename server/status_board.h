@@ -1,0 +1,57 @@
+// The server's figures, and the status message made of them.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <eifmap/status_t.hpp>
+#include <string>
+#include <vector>
+
+#include "map_view.h"
+
+namespace eifmap {
+
+class StatusBoard {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+
+  explicit StatusBoard(std::int64_t server_epoch);
+
+  void note_frame(const FrameResult& result, TimePoint received, TimePoint published);
+  // Of a calibration, refused or changed.
+  void note_reason(Reason reason, const std::string& detail);
+  void note_new_map();  // the mapper begins again
+  void note_stopping() { stopping_ = true; }
+  void note_part_sent() { ++parts_sent_; }
+  void note_send_failure() { ++send_failures_; }
+
+  // Figures that others count.
+  struct Counts {
+    std::int64_t frames_received = 0, frames_dropped = 0, foreign_frames = 0, sequence_gaps = 0,
+                 bad_channels = 0;
+  };
+  // Rates are over the time since the last call with `new_period`.
+  status_t make(const std::string& camera, const Counts& counts, const MapperStatistics& statistics,
+                TimePoint now, bool new_period);
+
+  // What, when it changes, is worth a status at once.
+  std::pair<TrackingState, Reason> headline() const { return {last_.state, last_.reason}; }
+
+ private:
+  void describe_state(status_t& status, const std::string& camera) const;
+  void measure_rates(std::int64_t received, TimePoint now);
+  float latency_ms(double quantile) const;
+
+  status_t identity_;  // what never changes
+  FrameResult last_;   // the last frame's; its state is the mapper's last
+  std::int64_t processed_ = 0, rejected_ = 0, malformed_ = 0, parts_sent_ = 0, send_failures_ = 0;
+  std::vector<float> latencies_ms_;  // a ring
+  std::size_t next_latency_ = 0;
+  TimePoint period_begin_;
+  std::int64_t period_received_ = 0, period_processed_ = 0;
+  float input_hz_ = 0, pose_hz_ = 0;
+  bool stopping_ = false;
+};
+
+}  // namespace eifmap

@@ -1,0 +1,204 @@
+#include "filter/information_filter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "geometry/projection.h"
+
+namespace eifmap {
+namespace {
+
+// Huber's weight: full to k sigmas, then falling as k / error. The weight is part of the measurement's
+// noise, Q, and is frozen with its Jacobian.
+double robust_weight(double error) {
+  constexpr double k = 2.0;
+  return error <= k ? 1 : k / error;
+}
+
+// Chi-square of 5 degrees of freedom, 1 in 100,000: an edge beyond it contradicts the map.
+constexpr double kEdgeGate = 30.9;
+
+}  // namespace
+
+InformationFilter::InformationFilter(const FilterOptions& options, double radians_per_pixel)
+    : options_(options), radians_per_pixel_(radians_per_pixel) {}
+
+int InformationFilter::add_pose(const Rigid3& world_from_camera) {
+  poses_.push_back(world_from_camera);
+  return num_poses() - 1;
+}
+
+int InformationFilter::add_landmark(const Eigen::Vector3d& position,
+                                    const Eigen::Matrix3d& covariance) {
+  landmarks_.push_back({position, covariance, {}});
+  return static_cast<int>(landmarks_.size()) - 1;
+}
+
+void InformationFilter::add_measurement(int landmark, int pose, const Eigen::Vector2d& x,
+                                        double sigma) {
+  if (pose < 0 || pose >= num_poses() || !(sigma > 0))
+    throw std::invalid_argument("InformationFilter: no such pose, or sigma not positive");
+  PointMeasurement measurement;
+  measurement.pose = pose;
+  measurement.x = x;
+  measurement.sigma = sigma;
+  landmarks_.at(landmark).measurements.push_back(measurement);
+}
+
+void InformationFilter::remove_measurement(int landmark, int pose) {
+  std::erase_if(landmarks_.at(landmark).measurements,
+                [pose](const PointMeasurement& m) { return m.pose == pose; });
+}
+
+void InformationFilter::remove_landmark(int landmark) {
+  landmarks_.at(landmark).measurements.clear();
+}
+
+bool InformationFilter::add_edge(int i, int j, const RelativePose& pose) {
+  if (i == j || std::min(i, j) < 0 || std::max(i, j) >= num_poses())
+    throw std::invalid_argument("InformationFilter: an edge needs two known poses");
+  FilterEdge edge;
+  edge.i = i;
+  edge.j = j;
+  if (!make_measurement(pose, edge.measurement)) return false;
+  edges_.push_back(edge);
+  return true;
+}
+
+std::size_t InformationFilter::num_measurements() const {
+  std::size_t n = 0;
+  for (const FilterLandmark& landmark : landmarks_) n += landmark.measurements.size();
+  return n;
+}
+
+double InformationFilter::error(int landmark, const PointMeasurement& measurement) const {
+  Eigen::Vector2d predicted;
+  if (!project(poses_[measurement.pose], landmarks_[landmark].position, predicted))
+    return std::numeric_limits<double>::infinity();
+  return (measurement.x - predicted).norm() / measurement.sigma;
+}
+
+// Linearizes what is new and what moved; returns how many.
+std::size_t InformationFilter::linearize_moved() {
+  const double threshold = options_.relinearize_px * radians_per_pixel_;
+  std::vector<Projector> projectors;
+  projectors.reserve(poses_.size());
+  for (const Rigid3& pose : poses_) projectors.emplace_back(pose);
+  std::size_t count = 0;
+  for (FilterLandmark& landmark : landmarks_) {
+    for (PointMeasurement& m : landmark.measurements) {
+      Eigen::Vector2d predicted;
+      if (!projectors[m.pose](landmark.position, predicted)) {
+        // Behind the camera: without weight until the outlier test takes it out.
+        m.d_pose.setZero(), m.d_landmark.setZero(), m.residual.setZero();
+        m.linearized = false;
+        continue;
+      }
+      if (m.linearized && (predicted - m.predicted).norm() <= threshold) continue;
+      projectors[m.pose](landmark.position, predicted, &m.d_pose, &m.d_landmark);
+      const Eigen::Vector2d residual = (m.x - predicted) / m.sigma;
+      const double root = std::sqrt(robust_weight(residual.norm()));
+      m.d_pose *= root / m.sigma;
+      m.d_landmark *= root / m.sigma;
+      m.residual = root * residual;
+      m.predicted = predicted;
+      m.linearized = true;
+      ++count;
+    }
+  }
+  // Few, and cheap: always at the mean.
+  for (FilterEdge& edge : edges_)
+    linearize(edge.measurement, poses_[edge.i], poses_[edge.j], edge.linearization);
+  return count;
+}
+
+bool InformationFilter::solve(bool same_pattern, Eigen::VectorXd& delta_poses) {
+  if (!same_pattern) reduced_ = reduced_pattern(num_poses(), landmarks_, edges_);
+  Eigen::VectorXd right_side;
+  reduce(landmarks_, edges_, reduced_, right_side);
+  add_scale_gauge(gauge_, poses_[1].translation - poses_[0].translation, reduced_, right_side);
+  if (!cholesky_.factor(reduced_, same_pattern)) return false;
+  delta_poses = cholesky_.solve(right_side);
+  return delta_poses.allFinite();
+}
+
+// mu <- mu + delta, and the part of each residual that this explains is taken off it.
+void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
+  for (FilterLandmark& landmark : landmarks_) {
+    if (landmark.measurements.empty()) continue;
+    const Eigen::Vector3d step = landmark_step(landmark, delta_poses);
+    landmark.position += step;
+    for (PointMeasurement& m : landmark.measurements) {
+      m.residual.noalias() -= m.d_landmark * step;
+      if (m.pose > 0) m.residual.noalias() -= m.d_pose * delta_poses.segment<6>(6 * (m.pose - 1));
+    }
+  }
+  for (int p = 1; p < num_poses(); ++p) {
+    const auto delta = delta_poses.segment<6>(6 * (p - 1));
+    poses_[p] = retract(poses_[p], delta.head<3>(), delta.tail<3>());
+  }
+}
+
+void InformationFilter::drop_outliers(FilterUpdate& update) {
+  for (int l = 0; l < static_cast<int>(landmarks_.size()); ++l) {
+    std::erase_if(landmarks_[l].measurements, [&](const PointMeasurement& m) {
+      if (error(l, m) <= options_.gate_sigma) return false;
+      update.dropped.push_back({l, m.pose});
+      return true;
+    });
+  }
+  update.dropped_edges = static_cast<int>(std::erase_if(edges_, [](const FilterEdge& edge) {
+    return edge.linearization.residual.squaredNorm() > kEdgeGate;
+  }));
+}
+
+FilterUpdate InformationFilter::update() {
+  FilterUpdate result;
+  if (num_poses() < 2) return result;
+  if (!has_gauge_) {
+    const Eigen::Vector3d baseline = poses_[1].translation - poses_[0].translation;
+    gauge_ = {baseline.normalized(), baseline.norm()};
+    has_gauge_ = true;
+  }
+  const std::vector<Rigid3> poses_before = poses_;
+  std::vector<Eigen::Vector3d> positions_before;
+  for (const FilterLandmark& landmark : landmarks_) positions_before.push_back(landmark.position);
+  for (int i = 0; i < options_.max_iterations; ++i) {
+    const std::size_t moved = linearize_moved();
+    if (i > 0 && moved == 0) break;
+    result.relinearized += moved;
+    Eigen::VectorXd delta;
+    if (!solve(i > 0, delta)) {
+      poses_ = poses_before;
+      for (std::size_t l = 0; l < landmarks_.size(); ++l) {
+        landmarks_[l].position = positions_before[l];
+        for (PointMeasurement& m : landmarks_[l].measurements) m.linearized = false;
+      }
+      result.reason = Reason::kFilterFailed;
+      return result;
+    }
+    apply(delta);
+    ++result.iterations;
+  }
+  linearize_moved();  // so that the edges' residuals and the next update start from the mean
+  drop_outliers(result);
+  for (FilterLandmark& landmark : landmarks_)
+    if (!landmark.measurements.empty()) landmark.covariance = landmark_covariance(landmark);
+  return result;
+}
+
+bool InformationFilter::pose_covariance(int pose, PoseBlock& covariance) {
+  covariance.setZero();
+  if (pose == 0) return true;
+  if (pose < 0 || pose > reduced_.size) return false;
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(reduced_.size * kPoseDof, kPoseDof);
+  columns.middleRows<kPoseDof>((pose - 1) * kPoseDof).setIdentity();
+  const Eigen::MatrixXd solution = cholesky_.solve(columns);
+  covariance = solution.middleRows<kPoseDof>((pose - 1) * kPoseDof);
+  covariance = (0.5 * (covariance + covariance.transpose())).eval();
+  return covariance.allFinite();
+}
+
+}  // namespace eifmap

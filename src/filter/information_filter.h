@@ -1,0 +1,89 @@
+// The sparse extended information filter over all keyframe poses and all features: [WD10] IV.
+//
+// Every measurement keeps its frozen, whitened Jacobian H and the residual r that is left of it at the
+// mean: I = sum H'H, and the mean moves by delta with I delta = sum H'r. That is [WD10] (7) with the
+// constant parts moved to the other side. A measurement is linearized again when its prediction moved
+// by more than a threshold; with the threshold at infinity this is (7) to the letter, at zero it is
+// incremental bundle adjustment.
+//
+// I is never formed whole: features meet poses only, so they are eliminated exactly (Schur complement)
+// and only the poses' matrix is factored.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "filter/filter_state.h"
+#include "filter/schur.h"
+#include "filter/sparse_cholesky.h"
+#include "geometry/rigid3.h"
+#include "options.h"
+#include "reason.h"
+
+namespace eifmap {
+
+struct FilterUpdate {
+  struct Dropped {
+    int landmark = 0, pose = 0;
+  };
+  Reason reason = Reason::kNone;         // or kFilterFailed: the mean is as before
+  int iterations = 0;
+  std::size_t relinearized = 0;          // measurements, summed over the iterations
+  std::vector<Dropped> dropped;          // sightings that do not fit and were taken out
+  int dropped_edges = 0;
+};
+
+class InformationFilter {
+ public:
+  // `radians_per_pixel` turns the options' pixels into normalized image coordinates.
+  InformationFilter(const FilterOptions& options, double radians_per_pixel);
+
+  // Handles are indices, in the order of adding, and stay valid. The first pose is the gauge: it
+  // never moves.
+  int add_pose(const Rigid3& world_from_camera);
+  // `covariance`: given the poses, until the next update.
+  int add_landmark(const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance);
+  void add_measurement(int landmark, int pose, const Eigen::Vector2d& x, double sigma);
+  void remove_measurement(int landmark, int pose);
+  void remove_landmark(int landmark);
+  // False when the covariance cannot be inverted.
+  bool add_edge(int i, int j, const RelativePose& pose);
+
+  // Solves, moves the mean, linearizes again what moved, until nothing does; then drops what does not
+  // fit.
+  FilterUpdate update();
+
+  int num_poses() const { return static_cast<int>(poses_.size()); }
+  int num_landmarks() const { return static_cast<int>(landmarks_.size()); }  // removed ones too
+  int num_edges() const { return static_cast<int>(edges_.size()); }
+  std::size_t num_measurements() const;
+  const Rigid3& pose(int i) const { return poses_[i]; }
+  const Eigen::Vector3d& position(int landmark) const { return landmarks_[landmark].position; }
+  const FilterLandmark& landmark(int i) const { return landmarks_[i]; }
+
+  // Norm of the whitened reprojection error at the mean (the number of sigmas); infinite behind the
+  // camera.
+  double error(int landmark, const PointMeasurement& measurement) const;
+
+  // Marginal covariance of (w, dc) as of the last update; zero for the gauge pose, by definition.
+  // False before the first successful update or for a pose added after it.
+  bool pose_covariance(int pose, PoseBlock& covariance);
+
+ private:
+  std::size_t linearize_moved();
+  bool solve(bool same_pattern, Eigen::VectorXd& delta_poses);
+  void apply(const Eigen::VectorXd& delta_poses);
+  void drop_outliers(FilterUpdate& update);
+
+  FilterOptions options_;
+  double radians_per_pixel_;
+  std::vector<Rigid3> poses_;
+  std::vector<FilterLandmark> landmarks_;
+  std::vector<FilterEdge> edges_;
+  ScaleGauge gauge_;     // of the first two poses, as they were at the first update
+  bool has_gauge_ = false;
+  BlockMatrix reduced_;  // S, over all poses but the first
+  SparseCholesky cholesky_;
+};
+
+}  // namespace eifmap

@@ -1,0 +1,85 @@
+#include "map/guided_search.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "geometry/projection.h"
+
+namespace eifmap {
+namespace {
+
+constexpr int kUnitSquared = 254 * 254;  // squared norm of a descriptor's bytes
+
+struct Candidate {
+  int distance = 0, track = 0, keypoint = 0;
+};
+
+// Best keypoint near the prediction; ambiguous ones are left alone.
+bool best_keypoint(const ObservedFrame& observed, const std::int8_t* descriptor,
+                   const std::vector<int>& near, const MatchOptions& options, Candidate& best) {
+  int second = std::numeric_limits<int>::max();
+  best.distance = std::numeric_limits<int>::max();
+  for (int place : near) {
+    const int keypoint = observed.omega_m.index[place];
+    const int distance = descriptor_distance(descriptor, observed.descriptor(keypoint));
+    if (distance < best.distance) {
+      second = best.distance;
+      best.distance = distance;
+      best.keypoint = keypoint;
+    } else {
+      second = std::min(second, distance);
+    }
+  }
+  // The place is known, so the ratio may be looser than without a guess.
+  const double ratio = 0.5 * (1 + options.max_ratio);
+  return best.distance <= options.max_distance * options.max_distance * kUnitSquared &&
+         best.distance <= ratio * ratio * second;
+}
+
+}  // namespace
+
+std::vector<LandmarkSight> search_landmarks(const Map& map, const ObservedFrame& observed,
+                                            const Rigid3& world_from_camera,
+                                            const std::vector<int>& tracks, double radius,
+                                            const MatchOptions& options) {
+  std::vector<Eigen::Vector2d> places;
+  places.reserve(observed.omega_m.index.size());
+  for (int keypoint : observed.omega_m.index) places.push_back(observed.x[keypoint]);
+  if (places.empty()) return {};
+  const PointGrid grid(places, radius);
+  const Projector projector(world_from_camera);
+
+  std::vector<Candidate> candidates;
+  std::vector<int> near;
+  for (int track : tracks) {
+    Eigen::Vector2d predicted;
+    if (!projector(map.position(track), predicted)) continue;
+    near.clear();
+    grid.near(predicted, radius, near);
+    if (near.empty()) continue;
+    const Sight& latest = map.track(track).sights.back();
+    Candidate candidate;
+    candidate.track = track;
+    if (best_keypoint(observed,
+                      map.keyframe(latest.keyframe).observed.descriptor(latest.keypoint), near,
+                      options, candidate))
+      candidates.push_back(candidate);
+  }
+
+  // The better fit takes a contested keypoint.
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return a.distance != b.distance ? a.distance < b.distance : a.track < b.track;
+  });
+  std::vector<bool> taken(observed.size(), false);
+  std::vector<LandmarkSight> sights;
+  for (const Candidate& candidate : candidates) {
+    if (taken[candidate.keypoint]) continue;
+    taken[candidate.keypoint] = true;
+    sights.push_back({candidate.track, candidate.keypoint});
+  }
+  std::sort(sights.begin(), sights.end(),
+            [](const LandmarkSight& a, const LandmarkSight& b) { return a.track < b.track; });
+  return sights;
+}
+
+}  // namespace eifmap

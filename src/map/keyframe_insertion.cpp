@@ -1,0 +1,98 @@
+#include "map/keyframe_insertion.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace eifmap {
+namespace {
+
+// The matches of Omega_p with the reference that the relative pose explains.
+std::vector<Match> edge_matches(const Tracking& tracking) {
+  std::vector<Match> matches;
+  for (std::size_t k = 0; k < tracking.matches_p.size(); ++k)
+    if (tracking.relative.inlier[k]) matches.push_back(tracking.matches_p[k]);
+  return matches;
+}
+
+// An edge with the reference, whose relative pose is at hand; where that is too near for a certain
+// direction, with the neighbour that is seen from furthest.
+bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
+                       const MapperOptions& options) {
+  if (tracking.relative.ok() && add_edge(map, tracking.reference, keyframe, edge_matches(tracking),
+                                         tracking.relative.pose, options.edge))
+    return true;
+  std::vector<int> neighbours = map.covisible(keyframe, 1 + options.edge.neighbours);
+  neighbours.erase(neighbours.begin());
+  const auto distance = [&](int k) {
+    return (map.pose(k).translation - map.pose(keyframe).translation).norm();
+  };
+  std::stable_sort(neighbours.begin(), neighbours.end(),
+                   [&](int a, int b) { return distance(a) > distance(b); });
+  return std::any_of(neighbours.begin(), neighbours.end(), [&](int k) {
+    return distance(k) > 0 && add_edge_from_map(map, k, keyframe, options);
+  });
+}
+
+void cull(Map& map, int newest) {
+  constexpr int kCandidateAge = 8;   // keyframes without news: it will not become a landmark
+  constexpr int kLandmarkAge = 3;    // by then a landmark has its third view
+  for (int t = 0; t < map.num_tracks(); ++t) {
+    const Track& track = map.track(t);
+    if (track.sights.empty()) continue;
+    const int age = newest - track.sights.back().keyframe;
+    const bool stale_candidate = !track.is_landmark() && age > kCandidateAge;
+    const bool weak_landmark =
+        track.is_landmark() && age > kLandmarkAge && track.sights.size() < 3;
+    if (stale_candidate || weak_landmark) map.remove_track(t);
+  }
+}
+
+double sigma_centre(const Tracking& tracking) {
+  const Eigen::Matrix3d centre = tracking.covariance.bottomRightCorner<3, 3>();
+  return std::sqrt(std::max(
+      0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(centre).eigenvalues().maxCoeff()));
+}
+
+double median_sight_depth(const Map& map, const Tracking& tracking) {
+  std::vector<double> depths;
+  const Rigid3 camera_from_world = tracking.world_from_camera.inverse();
+  for (const LandmarkSight& sight : tracking.sights)
+    depths.push_back((camera_from_world * map.position(sight.track)).z());
+  if (depths.empty()) return 0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
+}
+
+}  // namespace
+
+bool wants_keyframe(const Map& map, const ObservedFrame&, const Tracking& tracking,
+                    const MapperOptions& options) {
+  const int inliers = static_cast<int>(tracking.sights.size());
+  if (inliers < options.keyframe.min_inliers) return false;
+  const Rigid3& reference = map.pose(tracking.reference);
+  const double baseline = (tracking.world_from_camera.translation - reference.translation).norm();
+  const double depth = median_sight_depth(map, tracking);
+  if (sigma_centre(tracking) > std::max(0.1 * baseline, 0.01 * depth)) return false;
+  const double haste = inliers < options.keyframe.few_tracked ? 0.5 : 1;
+  if (baseline > haste * options.keyframe.max_baseline_ratio * depth) return true;
+  return inliers <
+         options.keyframe.min_tracked_ratio * map.keyframe(tracking.reference).num_tracked;
+}
+
+Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& tracking,
+                          const MapperOptions& options) {
+  Insertion insertion;
+  const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);
+  insertion.keyframe = k;
+  for (const LandmarkSight& sight : tracking.sights) map.add_sight(sight.track, {k, sight.keypoint});
+  if (options.edge.enabled) insertion.edge = add_relative_pose(map, k, tracking, options);
+  insertion.new_landmarks = extend_tracks(map, k, options);
+  insertion.filter = map.update();
+  cull(map, k);
+  return insertion;
+}
+
+}  // namespace eifmap

@@ -1,0 +1,40 @@
+// A tracked frame becomes part of the map: [WD10] Algorithm 2, steps 2-4.
+#pragma once
+
+#include "map/map.h"
+#include "map/tracking.h"
+
+namespace eifmap {
+
+// Whether the frame should become a keyframe: too little of the reference is left, or the camera has
+// moved far enough to see depth. Never on few inliers or an uncertain place: a map built on sand
+// jumps in scale without a word.
+bool wants_keyframe(const Map& map, const ObservedFrame& observed, const Tracking& tracking,
+                    const MapperOptions& options);
+
+struct Insertion {
+  int keyframe = 0;
+  int new_landmarks = 0;
+  bool edge = false;         // a relative pose entered the filter
+  FilterUpdate filter;
+};
+
+// Pose, measurements, relative-pose edge, new features, update of the filter, culling.
+Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& tracking,
+                          const MapperOptions& options);
+
+// Step 3 alone: matches the newest keyframe with its neighbours, extends tracks, and promotes what
+// is seen well enough. Returns the number of new landmarks.
+int extend_tracks(Map& map, int keyframe, const MapperOptions& options);
+
+// One relative-pose edge from the matches of two keyframes, of measurements that no edge has used.
+// `matches`: a in i, b in j; those that fit `start`. False when too few are left or the direction is
+// not certain enough.
+bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, RelativePose start,
+              const EdgeOptions& options);
+
+// The same for a pair that was not matched yet: the map's poses guide the matching and are the start
+// of the refinement, no part of the measurement.
+bool add_edge_from_map(Map& map, int i, int j, const MapperOptions& options);
+
+}  // namespace eifmap

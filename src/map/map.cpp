@@ -1,0 +1,128 @@
+#include "map/map.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace eifmap {
+
+Map::Map(const Camera& camera, const MapperOptions& options)
+    : radians_per_pixel_(camera.radians_per_pixel()),
+      filter_(options.filter, camera.radians_per_pixel()) {}
+
+int Map::add_keyframe(ObservedFrame observed, const Rigid3& world_from_camera) {
+  Keyframe keyframe;
+  keyframe.track.assign(observed.size(), kNoTrack);
+  keyframe.spent.assign(observed.size(), 0);
+  keyframe.observed = std::move(observed);
+  keyframes_.push_back(std::move(keyframe));
+  return filter_.add_pose(world_from_camera);
+}
+
+int Map::add_track(const Sight& sight) {
+  tracks_.emplace_back();
+  const int track = num_tracks() - 1;
+  add_sight(track, sight);
+  return track;
+}
+
+bool Map::add_sight(int track, const Sight& sight) {
+  Track& t = tracks_.at(track);
+  Keyframe& keyframe = keyframes_.at(sight.keyframe);
+  if (keyframe.track.at(sight.keypoint) != kNoTrack) return false;
+  const auto place = std::lower_bound(
+      t.sights.begin(), t.sights.end(), sight.keyframe,
+      [](const Sight& s, int k) { return s.keyframe < k; });
+  if (place != t.sights.end() && place->keyframe == sight.keyframe) return false;
+  t.sights.insert(place, sight);
+  keyframe.track[sight.keypoint] = track;
+  if (t.is_landmark())
+    filter_.add_measurement(t.landmark, sight.keyframe, keyframe.observed.x[sight.keypoint],
+                            keyframe.observed.sigma[sight.keypoint]);
+  return true;
+}
+
+void Map::remove_sight(int track, int keyframe) {
+  Track& t = tracks_.at(track);
+  std::erase_if(t.sights, [&](const Sight& s) {
+    if (s.keyframe != keyframe) return false;
+    keyframes_[keyframe].track[s.keypoint] = kNoTrack;
+    return true;
+  });
+  if (t.is_landmark()) filter_.remove_measurement(t.landmark, keyframe);
+}
+
+void Map::remove_track(int track) {
+  Track& t = tracks_.at(track);
+  for (const Sight& s : t.sights) keyframes_[s.keyframe].track[s.keypoint] = kNoTrack;
+  t.sights.clear();
+  if (!t.is_landmark()) return;
+  filter_.remove_landmark(t.landmark);
+  t.landmark = -1;
+  --num_landmarks_;
+}
+
+void Map::promote(int track, const Eigen::Vector3d& position,
+                  const Eigen::Matrix3d& covariance) {
+  Track& t = tracks_.at(track);
+  if (t.is_landmark()) throw std::invalid_argument("Map::promote: a landmark already");
+  t.landmark = filter_.add_landmark(position, covariance);
+  track_of_landmark_.push_back(track);
+  ++num_landmarks_;
+  for (const Sight& s : t.sights) {
+    const ObservedFrame& observed = keyframes_[s.keyframe].observed;
+    filter_.add_measurement(t.landmark, s.keyframe, observed.x[s.keypoint],
+                            observed.sigma[s.keypoint]);
+  }
+}
+
+FilterUpdate Map::update() {
+  FilterUpdate update = filter_.update();
+  for (const FilterUpdate::Dropped& dropped : update.dropped) {
+    const int track = track_of_landmark_[dropped.landmark];
+    remove_sight(track, dropped.pose);
+    if (tracks_[track].is_landmark() && tracks_[track].sights.size() < 2) remove_track(track);
+  }
+  return update;
+}
+
+std::vector<int> Map::covisible(int keyframe, int count) const {
+  std::vector<int> shared(num_keyframes(), 0);
+  for (int t : keyframes_[keyframe].track)
+    if (t != kNoTrack && tracks_[t].is_landmark())
+      for (const Sight& s : tracks_[t].sights) ++shared[s.keyframe];
+  shared[keyframe] = 0;
+  std::vector<int> order;
+  for (int k = 0; k < num_keyframes(); ++k)
+    if (shared[k] > 0) order.push_back(k);
+  std::sort(order.begin(), order.end(), [&shared](int a, int b) {
+    return shared[a] != shared[b] ? shared[a] > shared[b] : a > b;
+  });
+  order.insert(order.begin(), keyframe);
+  if (static_cast<int>(order.size()) > count) order.resize(count);
+  return order;
+}
+
+std::vector<int> Map::landmarks_of(const std::vector<int>& keyframes) const {
+  std::vector<int> found;
+  for (int k : keyframes)
+    for (int t : keyframes_[k].track)
+      if (t != kNoTrack && tracks_[t].is_landmark()) found.push_back(t);
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+double Map::median_depth(int keyframe) const {
+  std::vector<double> depths;
+  const Rigid3 camera_from_world = pose(keyframe).inverse();
+  for (int t : keyframes_[keyframe].track)
+    if (t != kNoTrack && tracks_[t].is_landmark())
+      depths.push_back((camera_from_world * position(t)).z());
+  if (depths.empty()) return 0;
+  const auto middle = depths.begin() + depths.size() / 2;
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
+}
+
+}  // namespace eifmap

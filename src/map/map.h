@@ -1,0 +1,91 @@
+// The map: keyframes, tracks of Omega_m features through them, and the filter that holds the
+// estimates. A track with a place in the filter is a landmark; without one it is a candidate.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "filter/information_filter.h"
+#include "geometry/rigid3.h"
+#include "map/observed_frame.h"
+#include "map_view.h"
+#include "options.h"
+
+namespace eifmap {
+
+inline constexpr int kNoTrack = -1;
+
+// Keyframes are numbered from 0; keyframe k is pose k of the filter.
+struct Keyframe {
+  ObservedFrame observed;
+  std::vector<int> track;            // per keypoint: of Omega_m, or kNoTrack
+  std::vector<std::uint8_t> spent;   // per keypoint: of Omega_p, 1 when an edge has used it
+  int num_tracked = 0;               // landmarks that the best frame so far tracked from here
+};
+
+struct Sight {
+  int keyframe = 0, keypoint = 0;
+};
+
+struct Track {
+  std::vector<Sight> sights;   // by keyframe ascending, one per keyframe; empty: removed
+  int landmark = -1;           // in the filter; -1: a candidate
+  bool is_landmark() const { return landmark >= 0; }
+};
+
+class Map {
+ public:
+  Map(const Camera& camera, const MapperOptions& options);
+
+  int num_keyframes() const { return static_cast<int>(keyframes_.size()); }
+  int num_tracks() const { return static_cast<int>(tracks_.size()); }
+  int num_landmarks() const { return num_landmarks_; }
+  const Keyframe& keyframe(int k) const { return keyframes_[k]; }
+  Keyframe& keyframe(int k) { return keyframes_[k]; }
+  const Track& track(int t) const { return tracks_[t]; }
+  const Rigid3& pose(int k) const { return filter_.pose(k); }
+  const Eigen::Vector3d& position(int track) const {
+    return filter_.position(tracks_[track].landmark);
+  }
+  const Eigen::Matrix3d& position_covariance(int track) const {  // given the poses
+    return filter_.landmark(tracks_[track].landmark).covariance;
+  }
+  const InformationFilter& filter() const { return filter_; }
+  InformationFilter& filter() { return filter_; }
+
+  // Returns the keyframe's number.
+  int add_keyframe(ObservedFrame observed, const Rigid3& world_from_camera);
+
+  // A new candidate with one sighting.
+  int add_track(const Sight& sight);
+  // Adds a sighting; of a landmark, the measurement enters the filter. Refused (false) when the
+  // track has a sighting in that keyframe or the keypoint has a track.
+  bool add_sight(int track, const Sight& sight);
+  void remove_sight(int track, int keyframe);
+  void remove_track(int track);
+  // Puts a candidate with all its sightings into the filter.
+  void promote(int track, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance);
+
+  // Updates the filter and lets the map follow what it dropped.
+  FilterUpdate update();
+
+  // Keyframes that share the most landmarks with `keyframe` (itself first), at most `count`.
+  std::vector<int> covisible(int keyframe, int count) const;
+  // Landmarks (tracks) seen from any of the keyframes, ascending.
+  std::vector<int> landmarks_of(const std::vector<int>& keyframes) const;
+  // Median depth of the landmarks seen from the keyframe, 0 when it has none.
+  double median_depth(int keyframe) const;
+
+  double radians_per_pixel() const { return radians_per_pixel_; }
+
+ private:
+  double radians_per_pixel_;
+  std::vector<Keyframe> keyframes_;
+  std::vector<Track> tracks_;
+  InformationFilter filter_;
+  std::vector<int> track_of_landmark_;
+  int num_landmarks_ = 0;
+};
+
+}  // namespace eifmap

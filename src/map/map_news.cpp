@@ -1,0 +1,80 @@
+#include "map/map_news.h"
+
+namespace eifmap {
+namespace {
+
+// Relative to the depth: below what any user of the map can tell.
+constexpr double kKeyframeMoved = 1e-3, kLandmarkMoved = 1e-2;
+
+bool moved(const Rigid3& a, const Rigid3& b, double depth) {
+  return (a.translation - b.translation).norm() > kKeyframeMoved * depth ||
+         so3_log(a.rotation.conjugate() * b.rotation).norm() > kKeyframeMoved;
+}
+
+LandmarkView view(const Map& map, int track) {
+  const Track& t = map.track(track);
+  LandmarkView landmark;
+  landmark.id = track;
+  landmark.anchor = t.sights.front().keyframe;
+  landmark.position_in_anchor =
+      map.pose(t.sights.front().keyframe).inverse() * map.position(track);
+  const Sight& sight = t.sights.front();
+  landmark.laplacian_sign =
+      map.keyframe(sight.keyframe).observed.frame.keypoints[sight.keypoint].laplacian_sign;
+  landmark.num_observations = static_cast<int>(t.sights.size());
+  return landmark;
+}
+
+bool changed(const LandmarkView& sent, const LandmarkView& now) {
+  return sent.anchor != now.anchor ||
+         (sent.position_in_anchor - now.position_in_anchor).norm() >
+             kLandmarkMoved * now.position_in_anchor.norm();
+}
+
+}  // namespace
+
+void MapNews::compare_keyframes(const Map& map, MapUpdate& update) {
+  for (int k = 0; k < map.num_keyframes(); ++k) {
+    const bool fresh = k >= static_cast<int>(sent_poses_.size());
+    if (!fresh && !moved(sent_poses_[k], map.pose(k), map.median_depth(k))) continue;
+    const FeatureFrame& frame = map.keyframe(k).observed.frame;
+    update.keyframes.push_back({k, frame.time_us, map.pose(k)});
+    if (!fresh) {
+      sent_poses_[k] = map.pose(k);
+      continue;
+    }
+    sent_poses_.push_back(map.pose(k));
+    for (std::size_t i = 0; i < frame.keypoints.size(); ++i) {
+      const int track = map.keyframe(k).track[i];
+      if (track != kNoTrack && map.track(track).is_landmark())
+        update.observations.push_back({k, track, frame.keypoints[i].u, frame.keypoints[i].v});
+    }
+  }
+}
+
+void MapNews::compare_landmarks(const Map& map, MapUpdate& update) {
+  for (int t = 0; t < map.num_tracks(); ++t) {
+    const auto sent = sent_.find(t);
+    if (!map.track(t).is_landmark()) {
+      if (sent == sent_.end()) continue;
+      update.removed_landmarks.push_back(t);
+      sent_.erase(sent);
+      continue;
+    }
+    const LandmarkView now = view(map, t);
+    if (sent != sent_.end() && !changed(sent->second, now)) continue;
+    sent_[t] = now;
+    update.landmarks.push_back(now);
+  }
+}
+
+MapUpdate MapNews::since_last(const Map& map) {
+  MapUpdate update;
+  update.base_seq = seq_;
+  update.seq = ++seq_;
+  compare_keyframes(map, update);
+  compare_landmarks(map, update);
+  return update;
+}
+
+}  // namespace eifmap

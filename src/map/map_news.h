@@ -1,0 +1,29 @@
+// What of the map changed since it was last published.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "map/map.h"
+#include "map_view.h"
+
+namespace eifmap {
+
+// Remembers what was last sent and compares: a keyframe is sent again when it moved by more than a
+// small part of the scene's depth, a landmark when it moved in its anchor's frame.
+class MapNews {
+ public:
+  // Fills everything but map_id and map_epoch.
+  MapUpdate since_last(const Map& map);
+
+ private:
+  void compare_keyframes(const Map& map, MapUpdate& update);
+  void compare_landmarks(const Map& map, MapUpdate& update);
+
+  std::int64_t seq_ = -1;
+  std::vector<Rigid3> sent_poses_;               // by keyframe
+  std::map<std::int64_t, LandmarkView> sent_;    // by landmark
+};
+
+}  // namespace eifmap

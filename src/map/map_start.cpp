@@ -1,0 +1,192 @@
+#include "map/map_start.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "geometry/triangulation.h"
+#include "map/keyframe_insertion.h"
+#include "motion/absolute_pose.h"
+#include "motion/relative_pose.h"
+
+namespace eifmap {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+struct Pair {
+  std::vector<Match> p, m;
+  std::vector<Correspondence> all;  // p, then m
+  RelativePoseResult relative;
+};
+
+Pair relate(const ObservedFrame& i, const ObservedFrame& j, const Camera& camera,
+            const MapperOptions& options) {
+  Pair pair;
+  pair.p = match(i.omega_p, j.omega_p, options.match);
+  pair.m = match(i.omega_m, j.omega_m, options.match);
+  for (const auto* group : {&pair.p, &pair.m})
+    for (const Match& match : *group)
+      pair.all.push_back({i.x[match.a], j.x[match.b], i.sigma[match.a], j.sigma[match.b]});
+  pair.relative =
+      estimate_relative_pose(pair.all, camera.radians_per_pixel(), options.relative_pose);
+  return pair;
+}
+
+struct StartPoint {
+  Match match;
+  TriangulatedPoint point;
+};
+
+// Omega_m matches that triangulate with a certain depth; the first baseline has length 1.
+std::vector<StartPoint> certain_points(const ObservedFrame& i, const ObservedFrame& j,
+                                       const Pair& pair, const MapperOptions& options) {
+  const Rigid3 pose_j(pair.relative.pose.i_from_j, pair.relative.pose.direction);
+  std::vector<StartPoint> points;
+  for (std::size_t k = 0; k < pair.m.size(); ++k) {
+    if (!pair.relative.inlier[pair.p.size() + k]) continue;
+    const Match& m = pair.m[k];
+    const Sighting sightings[] = {{Rigid3(), i.x[m.a], i.sigma[m.a]},
+                                  {pose_j, j.x[m.b], j.sigma[m.b]}};
+    const TriangulatedPoint point = triangulate(sightings);
+    if (point.valid && point.relative_depth_sigma < options.start.max_relative_depth &&
+        point.max_error < options.landmark.max_error)
+      points.push_back({m, point});
+  }
+  return points;
+}
+
+template <typename... Parts>
+std::string join(const Parts&... parts) {
+  std::ostringstream text;
+  text.precision(3);
+  (text << ... << parts);
+  return text.str();
+}
+
+// Whether the pair can carry a map, and if not, why.
+StartStep judge(const Pair& pair, const std::vector<StartPoint>& points,
+                const MapperOptions& options) {
+  StartStep step;
+  const int matches = static_cast<int>(pair.all.size());
+  step.num_matches = matches;
+  if (matches < options.start.min_matches) {
+    step.reason = Reason::kTooFewMatches;
+    step.detail = join(matches, " matches with the anchor image, wanted ", options.start.min_matches);
+  } else if (!pair.relative.ok()) {
+    step.reason = pair.relative.reason;
+    step.detail = join("rotation alone explains ", pair.relative.rotation.num_inliers, " of ",
+                       matches, " matches");
+  } else if (pair.relative.planar) {
+    step.reason = Reason::kPlanarScene;
+    step.detail = join("a plane explains the ", matches, " matches as well");
+  } else if (!(pair.relative.pose.sigma_direction <
+               options.start.max_sigma_direction_deg * kDegree)) {
+    step.reason = Reason::kDirectionUncertain;
+    step.detail = join("direction known to ", pair.relative.pose.sigma_direction / kDegree,
+                       " deg, wanted ", options.start.max_sigma_direction_deg);
+  } else if (static_cast<int>(points.size()) < options.start.min_points) {
+    step.reason = Reason::kTooFewPoints;
+    step.detail = join(points.size(), " points with a certain depth, wanted ",
+                       options.start.min_points);
+  } else {
+    step.reason = Reason::kNone;
+  }
+  return step;
+}
+
+Map build_map(const ObservedFrame& i, const ObservedFrame& j, const Pair& pair,
+              const std::vector<StartPoint>& points, const Camera& camera,
+              const MapperOptions& options) {
+  Map map(camera, options);
+  map.add_keyframe(i, Rigid3());
+  map.add_keyframe(j, Rigid3(pair.relative.pose.i_from_j, pair.relative.pose.direction));
+  for (const StartPoint& point : points) {
+    const int track = map.add_track({0, point.match.a});
+    map.add_sight(track, {1, point.match.b});
+    map.promote(track, point.point.point, point.point.covariance);
+  }
+  std::vector<Match> edge;
+  for (std::size_t k = 0; k < pair.p.size(); ++k)
+    if (pair.relative.inlier[k]) edge.push_back(pair.p[k]);
+  if (options.edge.enabled) add_edge(map, 0, 1, edge, pair.relative.pose, options.edge);
+  // The other matches wait as candidates for a third view.
+  for (std::size_t k = 0; k < pair.m.size(); ++k) {
+    const Match& m = pair.m[k];
+    if (!pair.relative.inlier[pair.p.size() + k]) continue;
+    if (map.keyframe(0).track[m.a] != kNoTrack || map.keyframe(1).track[m.b] != kNoTrack) continue;
+    map.add_sight(map.add_track({0, m.a}), {1, m.b});
+  }
+  map.update();
+  for (int k : {0, 1}) map.keyframe(k).num_tracked = map.num_landmarks();
+  return map;
+}
+
+// A frame of the start set in the new map, from its matches with both keyframes.
+std::optional<Rigid3> pose_backwards(const Map& map, const ObservedFrame& observed,
+                                     const MapperOptions& options) {
+  const Tracking tracking = relocalize(map, observed, {1, 0}, options);
+  if (!tracking.ok()) return std::nullopt;
+  return tracking.world_from_camera;
+}
+
+}  // namespace
+
+MapStart::MapStart(const Camera& camera, const MapperOptions& options)
+    : camera_(camera), options_(options) {}
+
+// The anchor is too far back to match: its successor is the frame half way to the newest.
+void MapStart::give_up_anchor() {
+  anchor_ += std::max<std::size_t>(1, (frames_.size() - 1 - anchor_) / 2);
+  anchor_ = std::min(anchor_, frames_.size() - 1);
+}
+
+StartStep MapStart::add(ObservedFrame observed) {
+  StartStep step;
+  if (observed.size() < options_.start.min_features) {
+    step.detail = join(observed.size(), " features, wanted ", options_.start.min_features);
+    return step;
+  }
+  if (!frames_.empty()) {
+    step = compare_with_anchor(observed);
+    if (step.reason == Reason::kNone) {
+      frames_.clear();
+      anchor_ = 0;
+      return step;
+    }
+  } else {
+    step.reason = Reason::kNoBaseline;
+    step.detail = "the first image is the anchor";
+  }
+  frames_.push_back(std::move(observed));
+  if (step.reason == Reason::kTooFewMatches || step.reason == Reason::kRelativePoseFailed)
+    give_up_anchor();
+  if (static_cast<int>(frames_.size()) > options_.start.max_frames) {
+    frames_.pop_front();
+    anchor_ = anchor_ > 0 ? anchor_ - 1 : 0;
+  }
+  return step;
+}
+
+StartStep MapStart::compare_with_anchor(const ObservedFrame& observed) const {
+  const ObservedFrame& anchor = frames_[anchor_];
+  const Pair pair = relate(anchor, observed, camera_, options_);
+  const std::vector<StartPoint> points =
+      pair.relative.ok() ? certain_points(anchor, observed, pair, options_)
+                         : std::vector<StartPoint>();
+  StartStep step = judge(pair, points, options_);
+  if (step.reason != Reason::kNone) return step;
+
+  step.started.emplace(
+      StartedMap{build_map(anchor, observed, pair, points, camera_, options_), {}});
+  StartedMap& started = *step.started;
+  for (std::size_t k = 0; k < frames_.size(); ++k) {
+    const auto pose = k == anchor_ ? std::optional<Rigid3>(started.map.pose(0))
+                                   : pose_backwards(started.map, frames_[k], options_);
+    if (pose) started.posed.push_back({frames_[k].frame.time_us, *pose});
+  }
+  return step;
+}
+
+}  // namespace eifmap

@@ -1,0 +1,74 @@
+#include <algorithm>
+#include <cmath>
+
+#include "map/epipolar_match.h"
+#include "map/keyframe_insertion.h"
+
+namespace eifmap {
+namespace {
+
+// Unspent on both sides, then every n-th so that the edge's share is spread over the image (matches
+// come in the order of the features' response).
+std::vector<Match> choose_unspent(const Map& map, int i, int j, const std::vector<Match>& matches,
+                                  const EdgeOptions& options) {
+  std::vector<Match> unspent;
+  for (const Match& match : matches)
+    if (!map.keyframe(i).spent[match.a] && !map.keyframe(j).spent[match.b])
+      unspent.push_back(match);
+  const auto share = static_cast<std::size_t>(options.max_spent_ratio * matches.size());
+  const std::size_t wanted =
+      std::max<std::size_t>(share, static_cast<std::size_t>(options.min_measurements) * 6 / 5);
+  if (unspent.size() <= wanted) return unspent;
+  std::vector<Match> chosen;
+  for (std::size_t k = 0; k < wanted; ++k) chosen.push_back(unspent[k * unspent.size() / wanted]);
+  return chosen;
+}
+
+}  // namespace
+
+bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, RelativePose start,
+              const EdgeOptions& options) {
+  const std::vector<Match> chosen = choose_unspent(map, i, j, matches, options);
+  if (static_cast<int>(chosen.size()) < options.min_measurements) return false;
+  const ObservedFrame& frame_i = map.keyframe(i).observed;
+  const ObservedFrame& frame_j = map.keyframe(j).observed;
+  std::vector<Correspondence> pairs;
+  for (const Match& match : chosen)
+    pairs.push_back({frame_i.x[match.a], frame_j.x[match.b], frame_i.sigma[match.a],
+                     frame_j.sigma[match.b]});
+  std::vector<std::uint8_t> inlier;
+  if (!refine_relative_pose(pairs, map.radians_per_pixel(), start, inlier)) return false;
+  const auto agreeing = std::count(inlier.begin(), inlier.end(), 1);
+  constexpr double kDegree = M_PI / 180;
+  if (agreeing < options.min_measurements ||
+      !(start.sigma_direction < options.max_sigma_direction_deg * kDegree))
+    return false;
+  if (!map.filter().add_edge(i, j, start)) return false;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    if (!inlier[k]) continue;
+    map.keyframe(i).spent[chosen[k].a] = 1;
+    map.keyframe(j).spent[chosen[k].b] = 1;
+  }
+  return true;
+}
+
+bool add_edge_from_map(Map& map, int i, int j, const MapperOptions& options) {
+  const auto unspent = [&map](int k) {
+    std::vector<int> keypoints;
+    for (int keypoint : map.keyframe(k).observed.omega_p.index)
+      if (!map.keyframe(k).spent[keypoint]) keypoints.push_back(keypoint);
+    return keypoints;
+  };
+  // Wide enough that the map's own error does not choose the matches.
+  constexpr double kMaxError = 6;
+  const std::vector<Match> matches = match_along_epipolar_lines(
+      map.keyframe(i).observed, unspent(i), map.keyframe(j).observed, unspent(j), map.pose(i),
+      map.pose(j), {kMaxError, options.match.max_ratio, options.match.max_distance});
+  const Rigid3 i_from_j = map.pose(i).inverse() * map.pose(j);
+  RelativePose start;
+  start.i_from_j = i_from_j.rotation;
+  start.direction = i_from_j.translation.normalized();
+  return add_edge(map, i, j, matches, start, options.edge);
+}
+
+}  // namespace eifmap

@@ -1,0 +1,45 @@
+// The pose of a new frame in the map: [WD10] Algorithm 1, with the map alone and PnP where it cannot
+// give one.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "map/map.h"
+#include "motion/absolute_pose.h"
+#include "motion/relative_pose.h"
+
+namespace eifmap {
+
+// A landmark seen in a frame.
+struct LandmarkSight {
+  int track = 0, keypoint = 0;
+};
+
+struct Tracking {
+  Reason reason = Reason::kTooFewInliers;  // kNone: tracked
+  std::string detail;                      // the reason's numbers
+  PoseSource source = PoseSource::kNone;
+  int reference = 0;                       // keyframe
+  Rigid3 world_from_camera;
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // (w, dc), given the map
+  std::vector<Match> matches_p, matches_m;  // a: keypoint of the reference, b: of the frame
+  RelativePoseResult relative;              // over matches_p, then matches_m
+  std::vector<LandmarkSight> sights;        // inliers, by track ascending
+  int num_matches = 0;                      // landmarks matched, inliers or not
+
+  bool ok() const { return reason == Reason::kNone; }
+};
+
+// `last`: the pose of the last tracked frame; only a start for where no relative pose can be had and
+// the length of the first guess. No motion model.
+Tracking track_frame(const Map& map, const ObservedFrame& observed, int reference,
+                     const Rigid3& last, const MapperOptions& options);
+
+// The same without any guess: matches the frame with the keyframes given and solves PnP; believed
+// from `min_inliers` on. For a lost camera.
+Tracking relocalize(const Map& map, const ObservedFrame& observed,
+                    const std::vector<int>& keyframes, const MapperOptions& options);
+
+}  // namespace eifmap

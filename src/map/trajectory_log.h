@@ -1,0 +1,40 @@
+// Where every frame was, relative to a keyframe: so that it follows when the keyframe is corrected.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "map/map.h"
+#include "map_view.h"
+
+namespace eifmap {
+
+class TrajectoryLog {
+ public:
+  void add(std::int64_t time_us, int keyframe, const Rigid3& keyframe_from_camera) {
+    entries_.push_back({time_us, keyframe, keyframe_from_camera});
+  }
+  std::size_t size() const { return entries_.size(); }
+
+  // By time.
+  std::vector<TimedPose> in(const Map& map) const {
+    std::vector<TimedPose> poses;
+    poses.reserve(entries_.size());
+    for (const Entry& e : entries_)
+      poses.push_back({e.time_us, map.pose(e.keyframe) * e.keyframe_from_camera});
+    std::stable_sort(poses.begin(), poses.end(), [](const TimedPose& a, const TimedPose& b) {
+      return a.time_us < b.time_us;
+    });
+    return poses;
+  }
+
+ private:
+  struct Entry {
+    std::int64_t time_us = 0;
+    int keyframe = 0;
+    Rigid3 keyframe_from_camera;
+  };
+  std::vector<Entry> entries_;
+};
+
+}  // namespace eifmap

@@ -1,0 +1,49 @@
+// A rendered world with exact ground truth: what to try the service with when no recording is at
+// hand. No data files; the same options always give the same images.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "geometry/camera.h"
+#include "geometry/rigid3.h"
+
+namespace eifmap {
+
+struct SimulationOptions {
+  std::string world = "courtyard";  // the only one so far
+  int num_frames = 400;             // a lap and a tenth
+  double rate_hz = 20;
+  // Radial-tangential distortion as of a cheap lens (k1 -0.28, k2 0.07), else a pinhole.
+  bool distorted = false;
+  double noise = 1.5;  // standard deviation of the sensor's noise, gray levels
+  int seed = 1;        // of the noise and the surfaces
+
+  std::string problem() const;  // "" or which field is wrong and why
+};
+
+class SimulatedWorld {
+ public:
+  explicit SimulatedWorld(const SimulationOptions& options = {});  // throws std::invalid_argument
+  ~SimulatedWorld();
+  SimulatedWorld(SimulatedWorld&&) noexcept;
+  SimulatedWorld& operator=(SimulatedWorld&&) noexcept;
+
+  int num_frames() const;
+  const Camera& camera() const;  // 640x480
+
+  // Of frame i in [0, num_frames()); another i throws std::out_of_range. Frames are independent of
+  // each other: any order gives the same images. Thread-safe.
+  std::int64_t time_us(int i) const;
+  Rigid3 world_from_camera(int i) const;  // x east, y down, z north; m
+  cv::Mat render(int i) const;            // CV_8UC1
+  cv::Mat depth(int i) const;             // CV_32FC1, m along the optical axis; 0: none
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace eifmap

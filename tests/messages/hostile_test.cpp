@@ -1,0 +1,248 @@
+// Bytes that nobody honest sends: each is refused with a reason, or is a valid value, and no size
+// field can make the decoder allocate more than the message's own bytes justify.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <new>
+#include <random>
+
+#include "messages/samples.h"
+
+namespace {
+
+std::size_t largest_allocation = 0;
+
+void* counted(std::size_t size) {
+  largest_allocation = std::max(largest_allocation, size);
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return counted(size);
+}
+void* operator new[](std::size_t size) {
+  return counted(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace eifmap {
+namespace {
+
+using Wire = std::vector<std::uint8_t>;
+
+// True when the bytes were taken as a value; false when they were refused, with a reason and words.
+using Decoder = std::function<bool(Bytes)>;
+
+template <class Value>
+Decoder decoder(Decoded<Value> (*decode)(Bytes)) {
+  return [decode](Bytes bytes) {
+    const Decoded<Value> decoded = decode(bytes);
+    if (!decoded.ok()) {
+      EXPECT_NE(decoded.detail, "");
+    }
+    return decoded.ok();
+  };
+}
+
+struct Sample {
+  const char* name;
+  Wire bytes;
+  Decoder decode;
+};
+
+std::vector<Sample> all_samples() {
+  const MapPart part = split_update(samples::map_update(2, 5, -1), {42, "cam0"}, 7).at(0);
+  return {{"camera", encode(to_message(samples::camera())), decoder(&decode_camera)},
+          {"features", encode(to_message(samples::features(4))), decoder(&decode_features)},
+          {"image", encode(to_message(samples::image())), decoder(&decode_image)},
+          {"pose", encode(to_message(samples::published_pose())), decoder(&decode_pose)},
+          {"map part", encode(to_message(part)), decoder(&decode_map_part)},
+          {"status", encode(samples::status()), decoder(&decode_status)}};
+}
+
+// Entries in memory are at most this many times larger than on the wire; plus the words of a
+// detail.
+void decode_within_bound(const Sample& sample, Bytes bytes) {
+  largest_allocation = 0;
+  sample.decode(bytes);
+  EXPECT_LE(largest_allocation, 16 * bytes.size() + 1024) << sample.name;
+}
+
+void put_int32(Wire& bytes, std::size_t at, std::int32_t value) {
+  for (int i = 0; i < 4; ++i)
+    bytes[at + static_cast<std::size_t>(i)] =
+        static_cast<std::uint8_t>(static_cast<std::uint32_t>(value) >> (24 - 8 * i));
+}
+
+TEST(Hostile, SamplesAreValid) {
+  for (const Sample& sample : all_samples())
+    EXPECT_TRUE(sample.decode(sample.bytes)) << sample.name;
+}
+
+TEST(Hostile, EveryTruncationIsRefused) {
+  for (const Sample& sample : all_samples())
+    for (std::size_t size = 0; size < sample.bytes.size(); ++size) {
+      // A copy of just this size, so that a sanitizer sees a read past its end.
+      const Wire cut(sample.bytes.begin(), sample.bytes.begin() + static_cast<long>(size));
+      EXPECT_FALSE(sample.decode(cut)) << sample.name << " of " << size << " bytes";
+    }
+}
+
+TEST(Hostile, BytesTooManyAreRefused) {
+  for (Sample& sample : all_samples()) {
+    sample.bytes.push_back(0);
+    EXPECT_FALSE(sample.decode(sample.bytes)) << sample.name;
+  }
+}
+
+TEST(Hostile, OtherTypesAreRefused) {
+  for (const Sample& sample : all_samples())
+    for (const Sample& other : all_samples())
+      EXPECT_EQ(sample.decode(other.bytes), std::string(sample.name) == other.name);
+}
+
+TEST(Hostile, AnySizeAnywhereAllocatesNoMoreThanTheBytesJustify) {
+  const std::int32_t sizes[] = {-1,
+                                std::numeric_limits<std::int32_t>::min(),
+                                std::numeric_limits<std::int32_t>::max(),
+                                1 << 20,
+                                20000,
+                                64};
+  for (const Sample& sample : all_samples())
+    for (std::size_t at = 0; at + 4 <= sample.bytes.size(); ++at)
+      for (const std::int32_t size : sizes) {
+        Wire bytes = sample.bytes;
+        put_int32(bytes, at, size);
+        decode_within_bound(sample, bytes);
+      }
+}
+
+TEST(Hostile, EveryBitFlipIsRefusedOrValid) {
+  for (const Sample& sample : all_samples())
+    for (std::size_t at = 0; at < sample.bytes.size(); ++at)
+      for (int bit = 0; bit < 8; ++bit) {
+        Wire bytes = sample.bytes;
+        bytes[at] ^= static_cast<std::uint8_t>(1 << bit);
+        decode_within_bound(sample, bytes);
+      }
+}
+
+TEST(Hostile, RandomDamageIsRefusedOrValid) {
+  std::mt19937 random(5);
+  for (const Sample& sample : all_samples())
+    for (int trial = 0; trial < 2000; ++trial) {
+      Wire bytes = sample.bytes;
+      for (unsigned damage = 1 + random() % 8; damage > 0; --damage)
+        bytes[8 + random() % (bytes.size() - 8)] = static_cast<std::uint8_t>(random());
+      if (random() % 2 == 0) bytes.resize(random() % (bytes.size() + 1));
+      decode_within_bound(sample, bytes);
+    }
+}
+
+TEST(Hostile, ImageOf56BytesWithNegativeSize) {
+  Wire bytes = encode(to_message(samples::image()));
+  bytes.resize(56);
+  put_int32(bytes, 8 + 8 + 16, -1);
+  const Decoded<ImageMessage> decoded = decode_image(bytes);
+  EXPECT_EQ(decoded.reason, Reason::kMalformedMessage);
+  EXPECT_NE(decoded.detail.find("size is -1"), std::string::npos) << decoded.detail;
+}
+
+template <class Change>
+Reason features_with(Change change) {
+  feature_frame_t message = to_message(samples::features(4));
+  change(message);
+  return decode_features(encode(message)).reason;
+}
+
+TEST(Hostile, FeatureValues) {
+  using F = feature_frame_t;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(features_with([](F&) {}), Reason::kNone);
+  EXPECT_EQ(features_with([=](F& f) { f.u[3] = nan; }), Reason::kBadFeatures);
+  EXPECT_EQ(features_with([=](F& f) { f.angle[0] = nan; }), Reason::kBadFeatures);
+  EXPECT_EQ(features_with([=](F& f) { f.response[0] = nan; }), Reason::kBadFeatures);
+  EXPECT_EQ(features_with([](F& f) { f.u[2] = 640; }), Reason::kBadFeatures);
+  EXPECT_EQ(features_with([](F& f) { f.v[2] = -1; }), Reason::kBadFeatures);
+  EXPECT_EQ(features_with([](F& f) { f.scale[1] = 0; }), Reason::kBadFeatures);
+  EXPECT_EQ(features_with([](F& f) { f.sigma_px[1] = -1; }), Reason::kBadFeatures);
+  EXPECT_EQ(features_with([](F& f) { f.laplacian_sign[1] = 0; }), Reason::kBadFeatures);
+  EXPECT_EQ(features_with([](F& f) { f.laplacian_sign[1] = 2; }), Reason::kBadFeatures);
+  EXPECT_EQ(features_with([](F& f) { f.extractor = 9; }), Reason::kUnknownExtractor);
+  EXPECT_EQ(features_with([](F& f) { f.descriptor_size = 32; }), Reason::kMalformedMessage);
+  EXPECT_EQ(features_with([](F& f) {
+              f.camera =
+                  "k\xc3\xbc"
+                  "che";
+            }),
+            Reason::kMalformedMessage);
+  EXPECT_EQ(features_with([](F& f) { f.width = -640; }), Reason::kMalformedMessage);
+  EXPECT_EQ(features_with([](F& f) { f.utime = -1; }), Reason::kMalformedMessage);
+  EXPECT_EQ(features_with([](F& f) {
+              f.descriptors.pop_back();
+              --f.descriptor_bytes;
+            }),
+            Reason::kMalformedMessage);
+}
+
+template <class Change>
+Reason camera_with(Change change) {
+  camera_t message = to_message(samples::camera());
+  message.calibration_id = 0;
+  change(message);
+  return decode_camera(encode(message)).reason;
+}
+
+TEST(Hostile, CalibrationValues) {
+  EXPECT_EQ(camera_with([](camera_t&) {}), Reason::kNone);
+  EXPECT_EQ(camera_with([](camera_t& c) { c.calibration_id = 5; }), Reason::kBadCalibration);
+  EXPECT_EQ(camera_with([](camera_t& c) { c.model = 3; }), Reason::kBadCalibration);
+  EXPECT_EQ(camera_with([](camera_t& c) { c.width = 1 << 30; }), Reason::kBadCalibration);
+  EXPECT_EQ(camera_with([](camera_t& c) { c.cx = std::numeric_limits<double>::infinity(); }),
+            Reason::kBadCalibration);
+  EXPECT_EQ(camera_with([](camera_t& c) { c.camera = ""; }), Reason::kMalformedMessage);
+  EXPECT_EQ(camera_with([](camera_t& c) {
+              c.distortion.push_back(0);
+              c.num_distortion = 6;
+            }),
+            Reason::kMalformedMessage);
+}
+
+template <class Change>
+Reason image_with(Change change) {
+  bot_core::image_t message = to_message(samples::image());
+  change(message);
+  return decode_image(encode(message)).reason;
+}
+
+TEST(Hostile, ImageValues) {
+  using I = bot_core::image_t;
+  EXPECT_EQ(image_with([](I&) {}), Reason::kNone);
+  EXPECT_EQ(image_with([](I& i) { i.row_stride = -24; }), Reason::kBadImageSize);
+  EXPECT_EQ(image_with([](I& i) { i.row_stride = 19; }), Reason::kBadImageSize);
+  EXPECT_EQ(image_with([](I& i) { i.height = 11; }), Reason::kBadImageSize);
+  EXPECT_EQ(image_with([](I& i) { i.width = std::numeric_limits<std::int32_t>::max(); }),
+            Reason::kBadImageSize);
+  EXPECT_EQ(image_with([](I& i) { i.pixelformat = I::PIXEL_FORMAT_YUYV; }),
+            Reason::kBadPixelFormat);
+  EXPECT_EQ(image_with([](I& i) { i.metadata[0].value[0] = 'x'; }), Reason::kMalformedMessage);
+}
+
+}  // namespace
+}  // namespace eifmap

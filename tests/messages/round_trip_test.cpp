@@ -1,0 +1,112 @@
+// What is encoded comes back as it was, to the bit.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "messages/samples.h"
+
+namespace eifmap {
+namespace {
+
+void expect_same_keypoint(const Keypoint& a, const Keypoint& b) {
+  EXPECT_EQ(a.u, b.u);
+  EXPECT_EQ(a.v, b.v);
+  EXPECT_EQ(a.sigma_px, b.sigma_px);
+  EXPECT_EQ(a.scale, b.scale);
+  EXPECT_EQ(a.angle, b.angle);
+  EXPECT_EQ(a.response, b.response);
+  EXPECT_EQ(a.laplacian_sign, b.laplacian_sign);
+}
+
+void expect_same_pose(const Rigid3& a, const Rigid3& b) {
+  EXPECT_EQ(a.rotation.coeffs(), b.rotation.coeffs());
+  EXPECT_EQ(a.translation, b.translation);
+}
+
+class RoundTripFeatures : public testing::TestWithParam<int> {};
+
+TEST_P(RoundTripFeatures, Exact) {
+  const FeatureFrame frame = samples::features(GetParam());
+  const Decoded<FeatureFrame> decoded = decode_features(encode(to_message(frame)));
+  ASSERT_TRUE(decoded.ok()) << decoded.detail;
+  const FeatureFrame& back = decoded.value;
+  EXPECT_EQ(back.time_us, frame.time_us);
+  EXPECT_EQ(back.publisher, frame.publisher);
+  EXPECT_EQ(back.seq, frame.seq);
+  EXPECT_EQ(back.camera, frame.camera);
+  EXPECT_EQ(back.calibration_id, frame.calibration_id);
+  EXPECT_EQ(back.width, frame.width);
+  EXPECT_EQ(back.height, frame.height);
+  EXPECT_EQ(back.extractor, frame.extractor);
+  EXPECT_EQ(back.extractor_version, frame.extractor_version);
+  EXPECT_EQ(back.descriptors, frame.descriptors);
+  ASSERT_EQ(back.keypoints.size(), frame.keypoints.size());
+  for (std::size_t i = 0; i < frame.keypoints.size(); ++i)
+    expect_same_keypoint(back.keypoints[i], frame.keypoints[i]);
+  EXPECT_EQ(encode(to_message(back)), encode(to_message(frame)));
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, RoundTripFeatures, testing::Values(0, 1, 50, 1000));
+
+TEST(RoundTrip, Camera) {
+  const NamedCamera camera = samples::camera();
+  const Decoded<NamedCamera> decoded = decode_camera(encode(to_message(camera)));
+  ASSERT_TRUE(decoded.ok()) << decoded.detail;
+  EXPECT_EQ(decoded.value.name, camera.name);
+  EXPECT_EQ(decoded.value.camera.id(), camera.camera.id());
+  EXPECT_EQ(decoded.value.camera.distortion, camera.camera.distortion);
+}
+
+TEST(RoundTrip, Image) {
+  const ImageMessage image = samples::image();
+  const Decoded<ImageMessage> decoded = decode_image(encode(to_message(image)));
+  ASSERT_TRUE(decoded.ok()) << decoded.detail;
+  EXPECT_EQ(decoded.value.seq, image.seq);
+  EXPECT_EQ(decoded.value.publisher, image.publisher);
+  EXPECT_EQ(decoded.value.calibration_id, image.calibration_id);
+  EXPECT_EQ(decoded.value.row_stride, image.row_stride);
+  EXPECT_EQ(decoded.value.data, image.data);
+}
+
+TEST(RoundTrip, Pose) {
+  const PublishedPose pose = samples::published_pose();
+  const Decoded<PublishedPose> decoded = decode_pose(encode(to_message(pose)));
+  ASSERT_TRUE(decoded.ok()) << decoded.detail;
+  const FrameResult& back = decoded.value.result;
+  EXPECT_EQ(decoded.value.origin.server_epoch, pose.origin.server_epoch);
+  EXPECT_EQ(back.state, pose.result.state);
+  EXPECT_EQ(back.source, pose.result.source);
+  EXPECT_EQ(back.reason, pose.result.reason);
+  EXPECT_EQ(back.covariance, pose.result.covariance);
+  EXPECT_EQ(back.map_seq, pose.result.map_seq);
+  expect_same_pose(back.map_from_camera, pose.result.map_from_camera);
+  expect_same_pose(back.reference_from_camera, pose.result.reference_from_camera);
+}
+
+TEST(RoundTrip, Status) {
+  const status_t status = samples::status();
+  const Decoded<status_t> decoded = decode_status(encode(status));
+  ASSERT_TRUE(decoded.ok()) << decoded.detail;
+  EXPECT_EQ(decoded.value.message, status.message);
+  EXPECT_EQ(decoded.value.diagnostics[0].value, "12");
+}
+
+TEST(RoundTrip, MapPart) {
+  const MapUpdate update = samples::map_update(3, 40, 6);
+  const std::vector<MapPart> parts = split_update(update, {42, "cam0"}, 77);
+  ASSERT_EQ(parts.size(), 1u);
+  const Decoded<MapPart> decoded = decode_map_part(encode(to_message(parts[0])));
+  ASSERT_TRUE(decoded.ok()) << decoded.detail;
+  const MapUpdate& back = decoded.value.update;
+  EXPECT_EQ(decoded.value.time_us, 77);
+  EXPECT_EQ(back.seq, update.seq);
+  EXPECT_EQ(back.base_seq, update.base_seq);
+  ASSERT_EQ(back.keyframes.size(), update.keyframes.size());
+  expect_same_pose(back.keyframes[2].map_from_camera, update.keyframes[2].map_from_camera);
+  ASSERT_EQ(back.landmarks.size(), update.landmarks.size());
+  EXPECT_EQ(back.landmarks[39].position_in_anchor, update.landmarks[39].position_in_anchor);
+  EXPECT_EQ(back.observations.size(), update.observations.size());
+}
+
+}  // namespace
+}  // namespace eifmap

@@ -1,0 +1,119 @@
+// One valid value of each message.
+#pragma once
+
+#include <random>
+
+#include "convert/camera_message.h"
+#include "convert/feature_message.h"
+#include "convert/image_message.h"
+#include "convert/map_message.h"
+#include "convert/pose_message.h"
+#include "convert/status_message.h"
+
+namespace eifmap::samples {
+
+inline NamedCamera camera() {
+  NamedCamera sample;
+  sample.time_us = 1'700'000'000'000'000;
+  sample.name = "front-left_2";
+  sample.camera = {640,   480,    CameraModel::kRadialTangential,   520.25, 521.5,
+                   319.5, 239.75, {-0.25, 0.125, 1e-3, -2e-3, 0.01}};
+  return sample;
+}
+
+inline FeatureFrame features(int n = 50, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  const auto uniform = [&](float low, float high) {
+    return low + (high - low) * static_cast<float>(random() % 65536) / 65536.0f;
+  };
+  FeatureFrame frame;
+  frame.time_us = 1'700'000'000'123'456;
+  frame.publisher = -1234567890123456789;
+  frame.seq = 17;
+  frame.camera = "cam0";
+  frame.calibration_id = camera().camera.id();
+  frame.width = 640;
+  frame.height = 480;
+  for (int i = 0; i < n; ++i) {
+    frame.keypoints.push_back({uniform(-0.5f, 639.5f), uniform(-0.5f, 479.5f), uniform(0.1f, 2),
+                               uniform(1, 20), uniform(-3, 3), 1.0f / static_cast<float>(i + 1),
+                               static_cast<std::int8_t>(i % 2 == 0 ? 1 : -1)});
+    for (int k = 0; k < kDescriptorSize; ++k)
+      frame.descriptors.push_back(static_cast<std::int8_t>(random() % 255 - 127));
+  }
+  return frame;
+}
+
+inline ImageMessage image() {
+  ImageMessage image;
+  image.time_us = 1'700'000'000'000'001;
+  image.publisher = 99;
+  image.seq = 3;
+  image.calibration_id = -7;
+  image.width = 20;
+  image.height = 10;
+  image.row_stride = 24;
+  for (int i = 0; i < 240; ++i) image.data.push_back(static_cast<std::uint8_t>(i));
+  return image;
+}
+
+inline Rigid3 pose(double a) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(a, Eigen::Vector3d(1, 2, 3).normalized())),
+          {a, 1 / (a + 3), -2 * a}};
+}
+
+inline PublishedPose published_pose() {
+  PublishedPose sample;
+  sample.origin = {42, "cam0"};
+  FrameResult& r = sample.result;
+  r.time_us = 1'700'000'000'000'002;
+  r.publisher = 99;
+  r.seq = 4;
+  r.map_id = 2;
+  r.map_epoch = 1;
+  r.map_seq = 9;
+  r.state = TrackingState::kTracking;
+  r.source = PoseSource::kScaleFit;
+  r.reason = Reason::kNoBaseline;
+  r.map_from_camera = pose(0.3);
+  r.covariance_status = CovarianceStatus::kOptimistic;
+  for (int i = 0; i < 36; ++i) r.covariance(i / 6, i % 6) = 1e-3 * i;
+  r.reference_keyframe = 5;
+  r.reference_from_camera = pose(-0.1);
+  r.num_matches = 200;
+  r.num_inliers = 150;
+  return sample;
+}
+
+inline MapUpdate map_update(int keyframes, int landmarks, std::int64_t base_seq,
+                            std::int64_t first_id = 0) {
+  MapUpdate update;
+  update.map_id = 1;
+  update.base_seq = base_seq;
+  update.seq = base_seq + 1;
+  for (int i = 0; i < keyframes; ++i)
+    update.keyframes.push_back({first_id + i, 1000 * (first_id + i), pose(0.01 * i)});
+  for (int i = 0; i < landmarks; ++i) {
+    update.landmarks.push_back({first_id + i, first_id + i % keyframes,
+                                Eigen::Vector3d(0.5 * i, -0.25 * i, 4), i % 2 == 0 ? 1 : -1, 3});
+    update.observations.push_back({first_id + i % keyframes, first_id + i, 1.5f * (i % 400), 7});
+  }
+  return update;
+}
+
+inline status_t status() {
+  status_t s{};
+  s.utime = s.start_utime = 1'700'000'000'000'000;
+  s.name = "eifmap-server";
+  s.version = "0.1.0";
+  s.host = "here";
+  s.camera = "cam0";
+  s.message = "the camera has only rotated";
+  s.num_diagnostics = 2;
+  s.diagnostics.resize(2);
+  s.diagnostics[0].key = "reason.NO_BASELINE";
+  s.diagnostics[0].value = "12";
+  return s;
+}
+
+}  // namespace eifmap::samples
