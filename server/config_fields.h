@@ -47,6 +47,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("ransac_iterations", o.ransac_iterations);
   visit("seed", o.seed);
   visit("min_inlier_ratio", o.min_inlier_ratio);
+  visit("check_planar", o.check_planar);
 }
 
 template <OptionsOf<ScaleFitOptions> O>
@@ -85,6 +86,7 @@ template <OptionsOf<KeyframeOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("min_tracked_ratio", o.min_tracked_ratio);
   visit("max_baseline_ratio", o.max_baseline_ratio);
+  visit("few_tracked", o.few_tracked);
   visit("min_inliers", o.min_inliers);
 }
 
@@ -104,6 +106,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_sigma_direction_deg", o.max_sigma_direction_deg);
   visit("min_measurements", o.min_measurements);
   visit("max_spent_ratio", o.max_spent_ratio);
+  visit("neighbours", o.neighbours);
 }
 
 template <OptionsOf<FilterOptions> O>
@@ -122,6 +125,7 @@ void visit_fields(O& o, auto&& visit) {
 template <OptionsOf<MapperOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("map_sign", o.map_sign);
+  visit("sigma_factor", o.sigma_factor);
   visit("match", o.match);
   visit("relative_pose", o.relative_pose);
   visit("scale_fit", o.scale_fit);

@@ -27,6 +27,8 @@ struct StartOptions {
 struct KeyframeOptions {
   double min_tracked_ratio = 0.6;    // fewer of the reference's landmarks tracked: a new keyframe
   double max_baseline_ratio = 0.05;  // baseline / median depth above this: a new keyframe
+  // With fewer tracked landmarks than this the map needs new ones soon: half the baseline will do.
+  int few_tracked = 120;
   int min_inliers = 25;              // below this a keyframe would be built on sand
 };
 
@@ -47,6 +49,7 @@ struct EdgeOptions {
   // Of the matches of a pair, the share that one edge may spend: the rest is left for the next edge,
   // since a measurement enters one edge only.
   double max_spent_ratio = 0.5;
+  int neighbours = 6;   // keyframes tried where the reference is too near for an edge
 };
 
 struct FilterOptions {

@@ -1,8 +1,8 @@
 #include "features/blob_detector.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 
 #include "features/box_hessian.h"
 #include "features/vector_clones.h"
@@ -10,84 +10,40 @@
 namespace eifmap {
 namespace {
 
-constexpr int kLevels = 4;  // per octave; maxima are sought in the two in the middle
-
-// Determinants on a grid; sample (i, j) belongs to pixel (i * step, j * step).
-struct Level {
-  int lobe = 0, step = 1, columns = 0, rows = 0;
-  std::vector<float> determinants;  // row-major; 0 where the filter leaves the image
-  const float* row(int j) const {
-    return determinants.data() + static_cast<std::size_t>(j) * static_cast<std::size_t>(columns);
+// The samples of one filter on the three rows that matter at a time.
+class LevelRows {
+ public:
+  LevelRows(int lobe, int step, int width, int height)
+      : lobe_(lobe), step_(step), width_(width), height_(height) {
+    for (std::vector<float>& row : rows_) row.resize(static_cast<std::size_t>(columns()));
   }
-  float* row(int j) {
-    return determinants.data() + static_cast<std::size_t>(j) * static_cast<std::size_t>(columns);
-  }
-};
 
-using Octave = std::array<Level, kLevels>;
+  int lobe() const { return lobe_; }
+  int columns() const { return (width_ + step_ - 1) / step_; }
 
-// Lobes 3 5 7 9, 5 9 13 17, 9 17 25 33, ...: each octave doubles the step (Bay et al. 2008, fig.
-// 5).
-int octave_lobe_step(int octave) {
-  return 2 << octave;
-}
-int octave_lobe(int octave, int level) {
-  return 1 + (level + 1) * octave_lobe_step(octave);
-}
-
-Level empty_level(const IntegralImage& integral, int lobe, int step) {
-  Level level{.lobe = lobe,
-              .step = step,
-              .columns = (integral.width() + step - 1) / step,
-              .rows = (integral.height() + step - 1) / step,
-              .determinants = {}};
-  level.determinants.resize(static_cast<std::size_t>(level.columns) *
-                            static_cast<std::size_t>(level.rows));
-  return level;
-}
-
-Level computed_level(const IntegralImage& integral, int lobe, int step) {
-  Level level = empty_level(integral, lobe, step);
-  const int margin = filter_margin(lobe);
-  HessianRow hessian;
-  std::vector<float> full(static_cast<std::size_t>(integral.width()));
-  for (int j = (margin + step - 1) / step; j * step < integral.height() - margin; ++j) {
-    if (step == 1) {
-      hessian.compute(integral, j, lobe, level.row(j));
-      continue;
+  // Computes row j (pixel row j * step), and forgets row j - 3. 0 where the filter leaves the
+  // image.
+  void compute(const IntegralImage& integral, int j, HessianRow& hessian,
+               std::vector<float>& full) {
+    std::vector<float>& samples = rows_[static_cast<std::size_t>(j % 3)];
+    const int y = j * step_, margin = filter_margin(lobe_);
+    if (y < margin || y >= height_ - margin) {
+      samples.assign(samples.size(), 0.0f);
+    } else if (step_ == 1) {
+      hessian.compute(integral, y, lobe_, samples.data());
+    } else {
+      hessian.compute(integral, y, lobe_, full.data());
+      for (std::size_t i = 0; i < samples.size(); ++i)
+        samples[i] = full[i * static_cast<std::size_t>(step_)];
     }
-    hessian.compute(integral, j * step, lobe, full.data());
-    float* samples = level.row(j);
-    for (int i = 0; i < level.columns; ++i) samples[i] = full[static_cast<std::size_t>(i * step)];
   }
-  return level;
-}
 
-// Every second sample of every second row.
-Level halved_level(const IntegralImage& integral, const Level& fine) {
-  Level level = empty_level(integral, fine.lobe, 2 * fine.step);
-  for (int j = 0; j < level.rows; ++j) {
-    const float* from = fine.row(2 * j);
-    float* to = level.row(j);
-    for (int i = 0; i < level.columns; ++i) to[i] = from[2 * i];
-  }
-  return level;
-}
+  const float* row(int j) const { return rows_[static_cast<std::size_t>(j % 3)].data(); }
 
-Octave first_octave(const IntegralImage& integral, int step) {
-  Octave octave;
-  for (int k = 0; k < kLevels; ++k)
-    octave[static_cast<std::size_t>(k)] = computed_level(integral, octave_lobe(0, k), step);
-  return octave;
-}
-
-// Two of the four filters were in the finer octave already.
-Octave next_octave(const IntegralImage& integral, const Octave& finer, int index) {
-  const int step = 2 * finer[0].step;
-  return {halved_level(integral, finer[1]), halved_level(integral, finer[3]),
-          computed_level(integral, octave_lobe(index, 2), step),
-          computed_level(integral, octave_lobe(index, 3), step)};
-}
+ private:
+  int lobe_, step_, width_, height_;
+  std::array<std::vector<float>, 3> rows_;
+};
 
 // flags[i] = 1 where the sample stands out in its row and column: a cheap sieve, in vectors.
 EIFMAP_VECTOR_CLONES
@@ -102,12 +58,14 @@ void sieve_row(const float* __restrict above, const float* __restrict here,
 }
 
 // Of equal neighbours, the first in the order of levels, rows, columns is the maximum.
-bool is_maximum(const Level& lower, const Level& middle, const Level& upper, int i, int j) {
+bool is_maximum(const LevelRows& lower, const LevelRows& middle, const LevelRows& upper, int i,
+                int j) {
   const float h = middle.row(j)[i];
   for (int dj = -1; dj <= 1; ++dj) {
-    const float *below = lower.row(j + dj), *same = middle.row(j + dj), *above = upper.row(j + dj);
+    const float *finer = lower.row(j + dj), *same = middle.row(j + dj),
+                *coarser = upper.row(j + dj);
     for (int di = -1; di <= 1; ++di) {
-      if (below[i + di] >= h || above[i + di] > h) return false;
+      if (finer[i + di] >= h || coarser[i + di] > h) return false;
       const bool before = dj < 0 || (dj == 0 && di < 0), itself = dj == 0 && di == 0;
       if (!itself && (before ? same[i + di] >= h : same[i + di] > h)) return false;
     }
@@ -115,42 +73,82 @@ bool is_maximum(const Level& lower, const Level& middle, const Level& upper, int
   return true;
 }
 
-void find_maxima(const IntegralImage& integral, const Octave& octave, std::size_t k,
-                 float min_response, std::vector<BlobCandidate>& found) {
-  const Level &lower = octave[k - 1], &middle = octave[k], &upper = octave[k + 1];
-  const int step = middle.step;
-  const int border = (filter_margin(upper.lobe) + step) / step + 1;
-  const int end = (integral.width() - 1) / step - border + 1;
-  const int end_row = (integral.height() - 1) / step - border + 1;
-  std::vector<std::uint8_t> flags(static_cast<std::size_t>(middle.columns));
-  for (int j = border; j < end_row; ++j) {
-    sieve_row(middle.row(j - 1), middle.row(j), middle.row(j + 1), border, end, min_response,
-              flags.data());
-    for (int i = border; i < end; ++i) {
-      if (!flags[static_cast<std::size_t>(i)] || !is_maximum(lower, middle, upper, i, j)) continue;
-      const int x = i * step, y = j * step;
-      const BoxHessian hessian = box_hessian_at(integral, x, y, middle.lobe);
-      found.push_back({.x = x,
-                       .y = y,
-                       .lobe = middle.lobe,
-                       .lobe_step = upper.lobe - middle.lobe,
-                       .response = middle.row(j)[i],
-                       .sign = hessian.trace() < 0 ? -1 : 1});
+// One octave of filters, swept over the image row by row.
+class Octave {
+ public:
+  // Each octave doubles the step from filter to filter: lobes 3 5 7 9, 5 9 13 17, 9 17 25 33, ...
+  // (Bay et al. 2008, fig. 5). The first one starts a lobe finer, with 1: the smallest blobs, sigma
+  // below 2 px, are the most numerous and the best located.
+  Octave(const IntegralImage& integral, int index, int step, float min_response)
+      : integral_(integral),
+        step_(step),
+        min_response_(min_response),
+        full_(static_cast<std::size_t>(integral.width())) {
+    const int lobe_step = 2 << index;
+    for (int k = index == 0 ? 0 : 1; k <= 4; ++k)
+      levels_.emplace_back(1 + k * lobe_step, step, integral.width(), integral.height());
+    // Whole words are read below.
+    flags_.resize(static_cast<std::size_t>(levels_[0].columns()) + sizeof(std::uint64_t));
+  }
+
+  void sweep(std::vector<BlobCandidate>& found) {
+    const int rows = (integral_.height() + step_ - 1) / step_;
+    for (int j = 0; j < rows; ++j) {
+      for (LevelRows& level : levels_) level.compute(integral_, j, hessian_, full_);
+      for (std::size_t k = 1; k + 1 < levels_.size(); ++k) find_maxima(k, j - 1, found);
     }
   }
-}
+
+ private:
+  // In row j of level k, where the coarser level's filter still fits.
+  void find_maxima(std::size_t k, int j, std::vector<BlobCandidate>& found) {
+    const LevelRows &lower = levels_[k - 1], &middle = levels_[k], &upper = levels_[k + 1];
+    const int border = (filter_margin(upper.lobe()) + step_) / step_ + 1;
+    const int end = (integral_.width() - 1) / step_ - border + 1;
+    const int end_row = (integral_.height() - 1) / step_ - border + 1;
+    if (j < border || j >= end_row || border >= end) return;
+    sieve_row(middle.row(j - 1), middle.row(j), middle.row(j + 1), border, end, min_response_,
+              flags_.data());
+    std::memset(flags_.data() + end, 0, sizeof(std::uint64_t));
+    for (int i = border; i < end;) {
+      std::uint64_t word;
+      std::memcpy(&word, flags_.data() + i, sizeof word);
+      if (word == 0) {
+        i += static_cast<int>(sizeof word);
+        continue;
+      }
+      if (flags_[static_cast<std::size_t>(i)] && is_maximum(lower, middle, upper, i, j))
+        found.push_back(candidate(middle.lobe(), upper.lobe() - middle.lobe(), i, j));
+      ++i;
+    }
+  }
+
+  BlobCandidate candidate(int lobe, int lobe_step, int i, int j) const {
+    const int x = i * step_, y = j * step_;
+    const BoxHessian hessian = box_hessian_at(integral_, x, y, lobe);
+    return {.x = x,
+            .y = y,
+            .lobe = lobe,
+            .lobe_step = lobe_step,
+            .response = hessian.determinant(),
+            .sign = hessian.trace() < 0 ? -1 : 1};
+  }
+
+  const IntegralImage& integral_;
+  int step_;
+  float min_response_;
+  std::vector<LevelRows> levels_;
+  HessianRow hessian_;
+  std::vector<float> full_;          // a row of the image, before every step-th sample is taken
+  std::vector<std::uint8_t> flags_;  // a row of samples
+};
 
 }  // namespace
 
 std::vector<BlobCandidate> find_blobs(const IntegralImage& integral, int octaves, int step,
                                       float min_response) {
   std::vector<BlobCandidate> found;
-  Octave octave = first_octave(integral, step);
-  for (int o = 0; o < octaves; ++o) {
-    if (o > 0) octave = next_octave(integral, octave, o);
-    for (std::size_t k = 1; k + 1 < kLevels; ++k)
-      find_maxima(integral, octave, k, min_response, found);
-  }
+  for (int k = 0; k < octaves; ++k) Octave(integral, k, step << k, min_response).sweep(found);
   return found;
 }
 

@@ -15,21 +15,20 @@ namespace {
 
 constexpr int kSmallestImage = 32;  // px
 
-// Standard deviation of a blob's place, each axis: measured, see bench.
-float sigma_of(const Blob& blob) {
-  return 0.1f + 0.05f * blob.scale;
-}
+// Of the blobs in order of merit, this many more than wanted are refined: some are twice the same.
+constexpr double kSpare = 1.1;
+// Coarse maxima looked at, per feature wanted: about every second is no maximum at closer look.
+constexpr double kCandidates = 4;
 
-// Coarse maxima worth refining: more than wanted, since some turn out to be no maxima or the same.
+// The coarse maxima to look at, best first.
 std::vector<BlobCandidate> preselect(const std::vector<BlobCandidate>& found, int width, int height,
-                                     std::size_t wanted) {
+                                     std::size_t count) {
   std::vector<Contender> contenders;
   contenders.reserve(found.size());
   for (const BlobCandidate& c : found)
     contenders.push_back({static_cast<float>(c.x), static_cast<float>(c.y), c.response, c.sign});
   std::vector<BlobCandidate> kept;
-  for (const std::size_t i : spread(contenders, width, height, wanted + wanted / 4 + 16))
-    kept.push_back(found[i]);
+  for (const std::size_t i : spread(contenders, width, height, count)) kept.push_back(found[i]);
   return kept;
 }
 
@@ -37,26 +36,31 @@ bool comes_before(const Keypoint& a, const Keypoint& b) {
   return std::tuple(-a.response, a.v, a.u, a.scale) < std::tuple(-b.response, b.v, b.u, b.scale);
 }
 
-std::vector<Keypoint> refine(const IntegralImage& integral,
-                             const std::vector<BlobCandidate>& candidates) {
+Keypoint keypoint_of(const Blob& blob) {
+  return {.u = static_cast<float>(blob.u),
+          .v = static_cast<float>(blob.v),
+          .sigma_px = static_cast<float>(blob.sigma_px),
+          .scale = static_cast<float>(blob.scale),
+          .angle = 0,
+          .response = static_cast<float>(blob.response),
+          .laplacian_sign = static_cast<std::int8_t>(blob.sign)};
+}
+
+std::vector<Keypoint> refine(const IntegralImage& integral, const ImagePyramid& pyramid,
+                             const std::vector<BlobCandidate>& candidates, std::size_t count) {
   std::vector<Keypoint> keypoints;
   for (const BlobCandidate& candidate : candidates) {
-    Blob blob;
-    if (!refine_blob(integral, candidate, blob)) continue;
-    keypoints.push_back({.u = blob.u,
-                         .v = blob.v,
-                         .sigma_px = sigma_of(blob),
-                         .scale = blob.scale,
-                         .angle = 0,
-                         .response = blob.response,
-                         .laplacian_sign = static_cast<std::int8_t>(blob.sign)});
+    if (keypoints.size() >= count) break;
+    if (const std::optional<Blob> blob = refine_blob(integral, pyramid, candidate))
+      keypoints.push_back(keypoint_of(*blob));
   }
   return keypoints;
 }
 
 // Neighbouring octaves and neighbouring samples may climb to the same maximum.
 bool same_blob(const Keypoint& a, const Keypoint& b) {
-  return std::abs(a.u - b.u) < 1 && std::abs(a.v - b.v) < 1 &&
+  return a.laplacian_sign == b.laplacian_sign && std::abs(a.u - b.u) < 1 &&
+         std::abs(a.v - b.v) < 1 &&
          std::abs(a.scale - b.scale) < 0.25f * std::min(a.scale, b.scale);
 }
 
@@ -115,12 +119,17 @@ Features SurfExtractor::extract(const cv::Mat& gray) const {
     throw std::invalid_argument("surf: the image must be at least 32x32");
 
   const IntegralImage integral(gray);
+  const ImagePyramid pyramid(gray, options_.octaves + 2);
   const std::size_t wanted = static_cast<std::size_t>(options_.max_features);
+  const auto times_wanted = [wanted](double factor) {
+    return static_cast<std::size_t>(factor * static_cast<double>(wanted)) + 16;
+  };
   const std::vector<BlobCandidate> found =
       find_blobs(integral, options_.octaves, options_.sampling_step,
                  static_cast<float>(options_.min_response));
   std::vector<Keypoint> keypoints =
-      refine(integral, preselect(found, gray.cols, gray.rows, wanted));
+      refine(integral, pyramid, preselect(found, gray.cols, gray.rows, times_wanted(kCandidates)),
+             times_wanted(kSpare));
   drop_duplicates(keypoints);
 
   Features features;

@@ -4,64 +4,15 @@
 #include <array>
 #include <cmath>
 
+#include "features/cell_grid.h"
 #include "features/vector_clones.h"
 
 namespace eifmap {
 namespace {
 
-constexpr int kSamples = 20;          // Haar responses per axis
-constexpr int kCells = kSamples + 1;  // boxes of side `scale` per axis; a response takes 2x2
-constexpr int kCorners = kCells + 1;
-constexpr int kRegions = 4;  // per axis
-constexpr int kPadded = 24;  // samples per row, padded to whole vectors
-
-// Where the grid's lines cut one axis of the image: between integral entries index and index + 1.
-struct Cuts {
-  std::array<int, kCorners> index;
-  std::array<double, kCorners> fraction;  // outside [0, 1] beyond the image: the border goes on
-};
-
-Cuts cut_axis(float centre, float scale, int size) {
-  Cuts cuts;
-  for (int k = 0; k < kCorners; ++k) {
-    // Pixel x covers [x, x + 1) of the integral image's axis: its centre is at x + 0.5.
-    const double x = centre + 0.5 + (k - 0.5 * kCells) * scale;
-    const int index = std::clamp(static_cast<int>(std::floor(x)), 0, size - 1);
-    cuts.index[static_cast<std::size_t>(k)] = index;
-    cuts.fraction[static_cast<std::size_t>(k)] = x - index;
-  }
-  return cuts;
-}
-
-struct Cells {
-  alignas(32) float sums[kCells][kPadded] = {};
-};
-
-// Exact sums of the image in each cell, relative to a corner so that they stay small.
-void sum_cells(const IntegralImage& integral, const Cuts& columns, const Cuts& rows, Cells& cells) {
-  const std::uint32_t base = integral.at(columns.index[0], rows.index[0]);
-  const auto value = [base](std::uint32_t sum) {
-    return static_cast<double>(static_cast<std::int32_t>(sum - base));
-  };
-  std::array<double, kCorners> above{}, here{};
-  for (std::size_t j = 0; j < kCorners; ++j) {
-    const std::uint32_t* upper = integral.row(rows.index[j]);
-    const std::uint32_t* lower = integral.row(rows.index[j] + 1);
-    for (std::size_t i = 0; i < kCorners; ++i) {
-      const int c = columns.index[i];
-      const double f = columns.fraction[i];
-      const double u0 = value(upper[c]), u1 = value(upper[c + 1]);
-      const double l0 = value(lower[c]), l1 = value(lower[c + 1]);
-      const double u = u0 + f * (u1 - u0), l = l0 + f * (l1 - l0);
-      here[i] = u + rows.fraction[j] * (l - u);
-    }
-    if (j > 0)
-      for (std::size_t i = 0; i < kCells; ++i)
-        cells.sums[j - 1][i] =
-            static_cast<float>((here[i + 1] - here[i]) - (above[i + 1] - above[i]));
-    above = here;
-  }
-}
+constexpr int kSamples = 20;  // Haar responses per axis
+constexpr int kRegions = 4;   // per axis
+constexpr int kPadded = CellGrid::kPadded;
 
 // weights[p][k]: what sample k gives to subregion p along one axis.
 struct Weights {
@@ -89,11 +40,11 @@ struct ColumnSums {
 };
 
 EIFMAP_VECTOR_CLONES
-void sum_columns(const Cells& cells, const Weights& weights, ColumnSums& sums) {
+void sum_columns(const CellGrid& cells, const Weights& weights, ColumnSums& sums) {
   alignas(32) float dx[kPadded], dy[kPadded];
   for (int j = 0; j < kSamples; ++j) {
-    const float* upper = cells.sums[j];
-    const float* lower = cells.sums[j + 1];
+    const float* upper = cells.mean[j];
+    const float* lower = cells.mean[j + 1];
     for (int i = 0; i < kPadded - 1; ++i) {
       const float a = upper[i], b = upper[i + 1], c = lower[i], d = lower[i + 1];
       dx[i] = (b + d) - (a + c);
@@ -130,9 +81,8 @@ void quantize(std::array<double, kDescriptorSize>& values, std::int8_t* descript
 
 void surf_descriptor(const IntegralImage& integral, float u, float v, float scale,
                      std::int8_t* descriptor) {
-  Cells cells;
-  sum_cells(integral, cut_axis(u, scale, integral.width()), cut_axis(v, scale, integral.height()),
-            cells);
+  CellGrid cells;
+  cells.sample(integral, u, v, scale);
   const Weights& weights = sample_weights();
   ColumnSums sums;
   sum_columns(cells, weights, sums);

@@ -16,6 +16,25 @@ std::vector<Match> edge_matches(const Tracking& tracking) {
   return matches;
 }
 
+// An edge with the reference, whose relative pose is at hand; where that is too near for a certain
+// direction, with the neighbour that is seen from furthest.
+bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
+                       const MapperOptions& options) {
+  if (tracking.relative.ok() && add_edge(map, tracking.reference, keyframe, edge_matches(tracking),
+                                         tracking.relative.pose, options.edge))
+    return true;
+  std::vector<int> neighbours = map.covisible(keyframe, 1 + options.edge.neighbours);
+  neighbours.erase(neighbours.begin());
+  const auto distance = [&](int k) {
+    return (map.pose(k).translation - map.pose(keyframe).translation).norm();
+  };
+  std::stable_sort(neighbours.begin(), neighbours.end(),
+                   [&](int a, int b) { return distance(a) > distance(b); });
+  return std::any_of(neighbours.begin(), neighbours.end(), [&](int k) {
+    return distance(k) > 0 && add_edge_from_map(map, k, keyframe, options);
+  });
+}
+
 void cull(Map& map, int newest) {
   constexpr int kCandidateAge = 8;   // keyframes without news: it will not become a landmark
   constexpr int kLandmarkAge = 3;    // by then a landmark has its third view
@@ -57,7 +76,8 @@ bool wants_keyframe(const Map& map, const ObservedFrame&, const Tracking& tracki
   const double baseline = (tracking.world_from_camera.translation - reference.translation).norm();
   const double depth = median_sight_depth(map, tracking);
   if (sigma_centre(tracking) > std::max(0.1 * baseline, 0.01 * depth)) return false;
-  if (baseline > options.keyframe.max_baseline_ratio * depth) return true;
+  const double haste = inliers < options.keyframe.few_tracked ? 0.5 : 1;
+  if (baseline > haste * options.keyframe.max_baseline_ratio * depth) return true;
   return inliers <
          options.keyframe.min_tracked_ratio * map.keyframe(tracking.reference).num_tracked;
 }
@@ -68,9 +88,7 @@ Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& trac
   const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);
   insertion.keyframe = k;
   for (const LandmarkSight& sight : tracking.sights) map.add_sight(sight.track, {k, sight.keypoint});
-  if (options.edge.enabled && tracking.relative.ok())
-    insertion.edge = add_edge(map, tracking.reference, k, edge_matches(tracking),
-                              tracking.relative.pose, options.edge);
+  if (options.edge.enabled) insertion.edge = add_relative_pose(map, k, tracking, options);
   insertion.new_landmarks = extend_tracks(map, k, options);
   insertion.filter = map.update();
   cull(map, k);

@@ -33,4 +33,8 @@ int extend_tracks(Map& map, int keyframe, const MapperOptions& options);
 bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, RelativePose start,
               const EdgeOptions& options);
 
+// The same for a pair that was not matched yet: the map's poses guide the matching and are the start
+// of the refinement, no part of the measurement.
+bool add_edge_from_map(Map& map, int i, int j, const MapperOptions& options);
+
 }  // namespace eifmap

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "map/epipolar_match.h"
 #include "map/keyframe_insertion.h"
 
 namespace eifmap {
@@ -49,6 +50,25 @@ bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, Relativ
     map.keyframe(j).spent[chosen[k].b] = 1;
   }
   return true;
+}
+
+bool add_edge_from_map(Map& map, int i, int j, const MapperOptions& options) {
+  const auto unspent = [&map](int k) {
+    std::vector<int> keypoints;
+    for (int keypoint : map.keyframe(k).observed.omega_p.index)
+      if (!map.keyframe(k).spent[keypoint]) keypoints.push_back(keypoint);
+    return keypoints;
+  };
+  // Wide enough that the map's own error does not choose the matches.
+  constexpr double kMaxError = 6;
+  const std::vector<Match> matches = match_along_epipolar_lines(
+      map.keyframe(i).observed, unspent(i), map.keyframe(j).observed, unspent(j), map.pose(i),
+      map.pose(j), {kMaxError, options.match.max_ratio, options.match.max_distance});
+  const Rigid3 i_from_j = map.pose(i).inverse() * map.pose(j);
+  RelativePose start;
+  start.i_from_j = i_from_j.rotation;
+  start.direction = i_from_j.translation.normalized();
+  return add_edge(map, i, j, matches, start, options.edge);
 }
 
 }  // namespace eifmap

@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
+#include "geometry/projection.h"
 #include "geometry/triangulation.h"
 #include "map/epipolar_match.h"
 #include "map/keyframe_insertion.h"
@@ -20,13 +23,51 @@ std::vector<int> open_features(const Keyframe& keyframe, const Map& map) {
   return open;
 }
 
-TriangulatedPoint triangulate_track(const Map& map, const Track& track) {
+std::vector<Sighting> sightings_of(const Map& map, const std::vector<Sight>& sights) {
   std::vector<Sighting> sightings;
-  for (const Sight& s : track.sights) {
+  for (const Sight& s : sights) {
     const ObservedFrame& observed = map.keyframe(s.keyframe).observed;
     sightings.push_back({map.pose(s.keyframe), observed.x[s.keypoint], observed.sigma[s.keypoint]});
   }
-  return triangulate(sightings);
+  return sightings;
+}
+
+double error_of(const Sighting& sighting, const Eigen::Vector3d& point) {
+  Eigen::Vector2d x;
+  if (!project(sighting.world_from_camera, point, x)) return std::numeric_limits<double>::infinity();
+  return (sighting.x - x).norm() / sighting.sigma;
+}
+
+// The sights that agree with the point of the best pair of them: one wrong match must not keep the
+// others from becoming a landmark.
+std::vector<bool> largest_agreement(const std::vector<Sighting>& sightings, double max_error) {
+  std::vector<bool> best;
+  std::ptrdiff_t best_count = 0;
+  for (std::size_t a = 0; a < sightings.size(); ++a)
+    for (std::size_t b = a + 1; b < sightings.size(); ++b) {
+      const Sighting pair[] = {sightings[a], sightings[b]};
+      const TriangulatedPoint point = triangulate(pair);
+      if (!point.valid || point.max_error > max_error) continue;
+      std::vector<bool> agrees;
+      for (const Sighting& s : sightings) agrees.push_back(error_of(s, point.point) < max_error);
+      const auto count = std::count(agrees.begin(), agrees.end(), true);
+      if (count > best_count) best_count = count, best = std::move(agrees);
+    }
+  return best;
+}
+
+// The point of a candidate; takes out the sights that disagree with the largest agreement of three
+// or more.
+TriangulatedPoint triangulate_track(Map& map, int track, const LandmarkOptions& options) {
+  const std::vector<Sight> sights = map.track(track).sights;
+  const std::vector<Sighting> sightings = sightings_of(map, sights);
+  const TriangulatedPoint point = triangulate(sightings);
+  if (sights.size() < 3 || (point.valid && point.max_error < options.max_error)) return point;
+  const std::vector<bool> agrees = largest_agreement(sightings, options.max_error);
+  if (std::count(agrees.begin(), agrees.end(), true) < 3) return point;
+  for (std::size_t k = 0; k < sights.size(); ++k)
+    if (!agrees[k]) map.remove_sight(track, sights[k].keyframe);
+  return triangulate(sightings_of(map, map.track(track).sights));
 }
 
 // A keypoint that a known landmark fits joins it.
@@ -92,7 +133,7 @@ int extend_tracks(Map& map, int keyframe, const MapperOptions& options) {
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
   int promoted = 0;
   for (int track : touched) {
-    const TriangulatedPoint point = triangulate_track(map, map.track(track));
+    const TriangulatedPoint point = triangulate_track(map, track, options.landmark);
     if (!good_enough(map, map.track(track), point, options.landmark)) continue;
     map.promote(track, point.point, point.covariance);
     ++promoted;

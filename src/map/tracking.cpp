@@ -145,9 +145,12 @@ bool try_pnp(const Map& map, const ObservedFrame& observed,
 
 }  // namespace
 
-Tracking track_frame(const Map& map, const ObservedFrame& observed, int reference,
-                     const Rigid3& last, const MapperOptions& options) {
-  Tracking tracking;
+namespace {
+
+// [WD10] Algorithm 1 against one keyframe, then what is left to try with its matches.
+bool track_against(const Map& map, const ObservedFrame& observed, int reference,
+                   const Rigid3& last, const MapperOptions& options, Tracking& tracking) {
+  tracking = Tracking{};
   tracking.reference = reference;
   const ObservedFrame& keyframe = map.keyframe(reference).observed;
   tracking.matches_p = match(keyframe.omega_p, observed.omega_p, options.match);
@@ -155,15 +158,13 @@ Tracking track_frame(const Map& map, const ObservedFrame& observed, int referenc
   tracking.relative = estimate_relative_pose(
       correspondences(keyframe, observed, tracking.matches_p, tracking.matches_m),
       map.radians_per_pixel(), options.relative_pose);
-  const std::vector<LandmarkSight> sights =
-      landmarks_among(map, reference, tracking.matches_m);
-
+  const std::vector<LandmarkSight> sights = landmarks_among(map, reference, tracking.matches_m);
   if (tracking.relative.ok() && try_scale_fit(map, observed, last, sights, options, tracking))
-    return tracking;
+    return true;
   if (tracking.relative.reason != Reason::kTooFewMatches &&
       try_map_alone(map, observed, last, sights, options, tracking))
-    return tracking;
-  if (try_pnp(map, observed, sights, PoseSource::kPnp, options, tracking)) return tracking;
+    return true;
+  if (try_pnp(map, observed, sights, PoseSource::kPnp, options, tracking)) return true;
 
   tracking.source = PoseSource::kNone;
   tracking.reason = tracking.relative.reason == Reason::kTooFewMatches ? Reason::kTooFewMatches
@@ -172,6 +173,24 @@ Tracking track_frame(const Map& map, const ObservedFrame& observed, int referenc
   detail << tracking.matches_p.size() + tracking.matches_m.size() << " matches with keyframe "
          << reference << ", " << sights.size() << " of them map features";
   tracking.detail = detail.str();
+  return false;
+}
+
+}  // namespace
+
+Tracking track_frame(const Map& map, const ObservedFrame& observed, int reference,
+                     const Rigid3& last, const MapperOptions& options) {
+  Tracking tracking;
+  if (track_against(map, observed, reference, last, options, tracking)) return tracking;
+  // Another view of the same place may match where this one does not.
+  constexpr int kOthers = 3;
+  std::vector<int> others = map.covisible(reference, kOthers);
+  others.push_back(map.num_keyframes() - 1);
+  for (int other : others) {
+    Tracking retry;
+    if (other != reference && track_against(map, observed, other, last, options, retry))
+      return retry;
+  }
   return tracking;
 }
 

@@ -1,0 +1,176 @@
+#include "client/logger.h"
+
+#include <nlohmann/json.hpp>
+
+#include "convert/channel.h"
+#include "sequence/ply.h"
+#include "sequence/tum.h"
+#include "server/names.h"
+
+namespace eifmap {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Poses and parts that may wait in LCM while the disk is busy.
+constexpr int kQueue = 2000;
+
+std::string line_of(const Json& json) {
+  // Texts come from the network: what is no UTF-8 is replaced, not thrown about.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json pose_json(const Rigid3& pose) {
+  const auto& [q, t] = pose;
+  return {{"position", {t.x(), t.y(), t.z()}}, {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
+}
+
+Json json_of(const PublishedPose& message) {
+  const FrameResult& result = message.result;
+  Json json;
+  json["utime"] = result.time_us;
+  json["camera"] = message.origin.camera;
+  json["publisher"] = result.publisher;
+  json["seq"] = result.seq;
+  json["server_epoch"] = message.origin.server_epoch;
+  json["map_id"] = result.map_id;
+  json["map_epoch"] = result.map_epoch;
+  json["map_seq"] = result.map_seq;
+  json["state"] = name(result.state);
+  json["source"] = name(result.source);
+  json["reason"] = describe(result.reason).name;
+  json["matches"] = result.num_matches;
+  json["inliers"] = result.num_inliers;
+  if (result.state != TrackingState::kTracking) return json;
+  json["map_from_camera"] = pose_json(result.map_from_camera);
+  json["reference_keyframe"] = result.reference_keyframe;
+  json["reference_from_camera"] = pose_json(result.reference_from_camera);
+  if (result.covariance_status != CovarianceStatus::kNone)
+    json["covariance"] =
+        std::vector<double>(result.covariance.data(), result.covariance.data() + 36);
+  return json;
+}
+
+Json json_of(const status_t& status) {
+  Json json;
+  json["utime"] = status.utime;
+  json["server"] = status.name;
+  json["version"] = status.version;
+  json["camera"] = status.camera;
+  json["state"] = status.state;
+  json["level"] = status.level;
+  json["reason"] = status.reason;
+  json["message"] = status.message;
+  json["hint"] = status.hint;
+  json["map_id"] = status.map_id;
+  json["frames_received"] = status.frames_received;
+  json["frames_processed"] = status.frames_processed;
+  json["frames_dropped"] = status.frames_dropped;
+  json["frames_rejected"] = status.frames_rejected;
+  json["sequence_gaps"] = status.sequence_gaps;
+  json["bad_messages"] = status.bad_messages;
+  json["input_hz"] = status.input_hz;
+  json["pose_hz"] = status.pose_hz;
+  json["latency_ms_p50"] = status.latency_ms_p50;
+  json["latency_ms_p99"] = status.latency_ms_p99;
+  json["keyframes"] = status.num_keyframes;
+  json["landmarks"] = status.num_landmarks;
+  json["rss_bytes"] = status.rss_bytes;
+  for (const diagnostic_t& diagnostic : status.diagnostics)
+    json["diagnostics"][diagnostic.key] = diagnostic.value;
+  return json;
+}
+
+}  // namespace
+
+Logger::Opened Logger::open(const std::filesystem::path& folder, const std::string& camera,
+                            Bus& bus) {
+  if (!camera.empty() && !valid_camera_name(camera))
+    return {nullptr, "camera is '" + camera + "', wanted 1 to 24 characters of A-Z a-z 0-9 _ -"};
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return {nullptr, folder.string() + ": cannot be made (" + error.message() + ")"};
+  Opened opened;
+  opened.logger.reset(new Logger(folder, camera, bus));
+  for (const std::ofstream* file :
+       {&opened.logger->trajectory_, &opened.logger->poses_, &opened.logger->statuses_})
+    if (!*file) return {nullptr, folder.string() + ": files in it cannot be written"};
+  return opened;
+}
+
+Logger::Logger(const std::filesystem::path& folder, const std::string& camera, Bus& bus)
+    : folder_(folder),
+      camera_(camera),
+      bus_(bus),
+      trajectory_(folder / "trajectory.tum"),
+      poses_(folder / "poses.jsonl"),
+      statuses_(folder / "status.jsonl") {
+  const auto subscribe = [&](ChannelKind kind, void (Logger::*handler)(const std::string&, Bytes)) {
+    bus.subscribe(channel_pattern(camera, kind), kQueue,
+                  [this, handler](const std::string& channel, Bytes bytes) {
+                    if (is_mine(channel)) (this->*handler)(channel, bytes);
+                  });
+  };
+  subscribe(ChannelKind::kPose, &Logger::receive_pose);
+  subscribe(ChannelKind::kStatus, &Logger::receive_status);
+  subscribe(ChannelKind::kMap, &Logger::receive_map);
+}
+
+Logger::~Logger() {
+  bus_.unsubscribe_all();
+}
+
+bool Logger::is_mine(const std::string& channel) {
+  const auto parsed = parse_channel(channel);
+  if (!parsed) return false;
+  last_message_ = Clock::now();
+  // A server that has no camera yet speaks for itself: the status is anyone's.
+  if (parsed->kind == ChannelKind::kStatus) return true;
+  if (camera_.empty()) camera_ = parsed->camera;
+  return parsed->camera == camera_;
+}
+
+void Logger::receive_pose(const std::string&, Bytes bytes) {
+  const auto pose = decode_pose(bytes);
+  if (!pose.ok()) {
+    ++counts_.malformed;
+    return;
+  }
+  const FrameResult& result = pose.value.result;
+  ++counts_.poses;
+  // Flushed line by line: a logger that is killed leaves what it had.
+  poses_ << line_of(json_of(pose.value)) << std::flush;
+  if (result.state != TrackingState::kTracking) return;
+  ++counts_.tracked;
+  trajectory_ << tum_line({result.time_us, result.map_from_camera}) << '\n' << std::flush;
+}
+
+void Logger::receive_status(const std::string&, Bytes bytes) {
+  const auto status = decode_status(bytes);
+  if (!status.ok()) {
+    ++counts_.malformed;
+    return;
+  }
+  ++counts_.statuses;
+  statuses_ << line_of(json_of(status.value)) << std::flush;
+  server_stopped_ = status.value.state == status_t::STATE_STOPPING;
+}
+
+void Logger::receive_map(const std::string&, Bytes bytes) {
+  const auto part = decode_map_part(bytes);
+  if (!part.ok()) {
+    ++counts_.malformed;
+    return;
+  }
+  ++counts_.map_parts;
+  map_.add(part.value);
+}
+
+std::string Logger::finish() {
+  map_.finish();
+  for (std::ofstream* file : {&trajectory_, &poses_, &statuses_})
+    if (!file->flush()) return folder_.string() + ": could not be written to the end; is it full?";
+  return write_ply(folder_ / "map.ply", map_.map().points());
+}
+
+}  // namespace eifmap

@@ -1,0 +1,200 @@
+#include "client/publisher.h"
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+#include <stdexcept>
+#include <thread>
+
+#include "convert/camera_message.h"
+#include "convert/channel.h"
+#include "convert/feature_message.h"
+#include "convert/image_message.h"
+#include "server/front_end.h"
+
+namespace eifmap {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kCalibrationPeriod(1000), kNap(100);
+
+std::int64_t random_publisher() {
+  std::random_device device;
+  const std::uint64_t bits = (static_cast<std::uint64_t>(device()) << 32) | device();
+  return static_cast<std::int64_t>(bits >> 1) | 1;  // positive, never 0
+}
+
+struct Encoded {
+  std::vector<std::uint8_t> bytes;
+  std::string problem;
+};
+
+// One image as the message that the options ask for.
+class FrameEncoder {
+ public:
+  FrameEncoder(const ImageSource& source, const PublishOptions& options, std::int64_t publisher)
+      : source_(source), options_(options), publisher_(publisher), extractor_(options.surf) {}
+
+  ChannelKind kind() const {
+    return options_.as == PublishAs::kFeatures ? ChannelKind::kFeatures : ChannelKind::kImage;
+  }
+
+  Encoded encode(int i) const {
+    switch (options_.as) {
+      case PublishAs::kRaw:
+        return encode_raw(i);
+      case PublishAs::kMjpeg:
+        return encode_mjpeg(i);
+      case PublishAs::kFeatures:
+        return encode_features(i);
+    }
+    return {{}, "unknown way to publish"};
+  }
+
+ private:
+  ImageMessage header(int i) const {
+    const Camera& camera = source_.camera();
+    ImageMessage image;
+    image.time_us = source_.time_us(i);
+    image.publisher = publisher_;
+    image.seq = i;
+    image.calibration_id = camera.id();
+    image.width = camera.width;
+    image.height = camera.height;
+    return image;
+  }
+
+  Encoded encode_raw(int i) const {
+    const GrayImage gray = source_.gray(i);
+    if (!gray.problem.empty()) return {{}, gray.problem};
+    ImageMessage image = header(i);
+    image.format = PixelFormat::kGray;
+    image.row_stride = gray.image.cols;
+    for (int row = 0; row < gray.image.rows; ++row)
+      image.data.insert(image.data.end(), gray.image.ptr(row),
+                        gray.image.ptr(row) + gray.image.cols);
+    return {eifmap::encode(to_message(image)), ""};
+  }
+
+  Encoded encode_mjpeg(int i) const {
+    ImageMessage image = header(i);
+    image.format = PixelFormat::kMjpeg;
+    if (auto file = source_.jpeg(i)) {
+      if (!file->problem.empty()) return {{}, file->problem};
+      image.data = std::move(file->bytes);
+    } else {
+      const GrayImage gray = source_.gray(i);
+      if (!gray.problem.empty()) return {{}, gray.problem};
+      cv::imencode(".jpg", gray.image, image.data,
+                   {cv::IMWRITE_JPEG_QUALITY, options_.jpeg_quality});
+    }
+    return {eifmap::encode(to_message(image)), ""};
+  }
+
+  Encoded encode_features(int i) const {
+    const GrayImage gray = source_.gray(i);
+    if (!gray.problem.empty()) return {{}, gray.problem};
+    const FeatureFrame frame =
+        extract_frame(extractor_, gray.image,
+                      {source_.time_us(i), publisher_, i, options_.camera, source_.camera().id()});
+    return {eifmap::encode(to_message(frame)), ""};
+  }
+
+  const ImageSource& source_;
+  const PublishOptions& options_;
+  std::int64_t publisher_;
+  SurfExtractor extractor_;
+};
+
+// Sends the calibration whenever its time has come.
+class CalibrationBeacon {
+ public:
+  CalibrationBeacon(const ImageSource& source, const std::string& camera, Bus& bus)
+      : source_(source), camera_(camera), bus_(bus) {}
+
+  bool send_if_due() {
+    if (Clock::now() < next_) return true;
+    next_ = Clock::now() + kCalibrationPeriod;
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    const NamedCamera message{std::chrono::duration_cast<std::chrono::microseconds>(now).count(),
+                              camera_, source_.camera()};
+    return bus_.publish(channel_name(camera_, ChannelKind::kCalibration),
+                        encode(to_message(message)));
+  }
+
+ private:
+  const ImageSource& source_;
+  const std::string& camera_;
+  Bus& bus_;
+  Clock::time_point next_ = Clock::now();
+};
+
+// When image i is to leave, seconds after the first.
+double seconds_until(const ImageSource& source, const PublishOptions& options, int i) {
+  if (options.rate_hz == 0) return 0;
+  if (options.rate_hz > 0) return i / options.rate_hz;
+  return 1e-6 * static_cast<double>(source.time_us(i) - source.time_us(0));
+}
+
+}  // namespace
+
+std::string PublishOptions::problem() const {
+  if (!valid_camera_name(camera))
+    return "camera is '" + camera + "', wanted 1 to 24 characters of A-Z a-z 0-9 _ -";
+  if (jpeg_quality < 1 || jpeg_quality > 100)
+    return "JPEG quality is " + std::to_string(jpeg_quality) + ", wanted 1 to 100";
+  if (!(rate_hz <= 10000))
+    return "rate is " + std::to_string(rate_hz) + ", wanted at most 10000 Hz";
+  if (publisher < 0) return "publisher is " + std::to_string(publisher) + ", wanted 1 or more";
+  return surf.problem();
+}
+
+PublishResult publish(const ImageSource& source, const PublishOptions& options, Bus& bus,
+                      const KeepPublishing& keep_publishing) {
+  if (const auto problem = options.problem(); !problem.empty())
+    throw std::invalid_argument(problem);
+  PublishResult result;
+  result.publisher = options.publisher != 0 ? options.publisher : random_publisher();
+  const FrameEncoder encoder(source, options, result.publisher);
+  const std::string channel = channel_name(options.camera, encoder.kind());
+  CalibrationBeacon beacon(source, options.camera, bus);
+  const std::string unsent = "LCM could not send on " + channel;
+
+  const Clock::time_point first_due = Clock::now() + options.start_delay;
+  const auto wait_until = [&](Clock::time_point due, int i) {
+    for (;;) {
+      if (!keep_publishing(i)) return false;
+      if (!beacon.send_if_due()) result.problem = unsent;
+      const auto left = due - Clock::now();
+      if (left <= Clock::duration::zero() || !result.problem.empty()) return true;
+      std::this_thread::sleep_for(std::min<Clock::duration>(left, kNap));
+    }
+  };
+  for (int i = 0; i < source.size() && result.problem.empty(); ++i) {
+    const auto due =
+        first_due + std::chrono::duration_cast<Clock::duration>(
+                        std::chrono::duration<double>(seconds_until(source, options, i)));
+    // The image is made before its time, so that making it does not make it late.
+    if (!keep_publishing(i)) return result;
+    const Encoded message = encoder.encode(i);
+    result.problem = message.problem;
+    if (!result.problem.empty()) break;
+    if (!wait_until(due, i)) return result;
+    if (!result.problem.empty()) break;
+    if (!bus.publish(channel, message.bytes)) {
+      result.problem = unsent;
+      break;
+    }
+    ++result.published;
+    result.largest_bytes = std::max(result.largest_bytes, message.bytes.size());
+    if (options.rate_hz != 0)
+      result.late_s =
+          std::max(result.late_s, std::chrono::duration<double>(Clock::now() - due).count());
+  }
+  keep_publishing(result.published);
+  return result;
+}
+
+}  // namespace eifmap

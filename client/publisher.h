@@ -1,0 +1,52 @@
+// Publishes a source's images as a camera driver would, and the camera's calibration.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "client/image_source.h"
+#include "features/surf.h"
+#include "server/bus.h"
+
+namespace eifmap {
+
+enum class PublishAs {
+  kRaw,       // gray pixels
+  kMjpeg,     // the recorded JPEG as it is, else compressed here
+  kFeatures,  // extracted here: the server never sees pixels
+};
+
+struct PublishOptions {
+  std::string camera = "camera";
+  PublishAs as = PublishAs::kFeatures;
+  int jpeg_quality = 90;
+  // Images a second; 0: as fast as it can; < 0: as the time stamps say.
+  double rate_hz = -1;
+  std::chrono::milliseconds start_delay{0};  // between the first calibration and the first image
+  std::int64_t publisher = 0;                // 0: a random one for this start
+  SurfOptions surf;
+
+  std::string problem() const;  // "" or which field is wrong and why
+};
+
+struct PublishResult {
+  int published = 0;
+  std::int64_t publisher = 0;
+  std::size_t largest_bytes = 0;  // of a message
+  double late_s = 0;              // the longest that an image left after its time
+  std::string problem;            // "" or why it stopped early
+};
+
+// Asked before image i is made, at least every 0.1 s while waiting (then with the same i), and at
+// the end with i == size: false stops.
+using KeepPublishing = std::function<bool(int i)>;
+
+// Sends the calibration at the start and every second, and the images in order with seq = their
+// index and their own time stamps. Blocks until the last one has left. Throws std::invalid_argument
+// with options.problem().
+PublishResult publish(const ImageSource& source, const PublishOptions& options, Bus& bus,
+                      const KeepPublishing& keep_publishing);
+
+}  // namespace eifmap

@@ -1,0 +1,197 @@
+#include "server/camera_mapper.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "convert/camera_message.h"
+#include "convert/feature_message.h"
+#include "convert/image_message.h"
+#include "server/front_end.h"
+#include "server/synthetic_stream.h"
+
+namespace eifmap {
+namespace {
+
+const Channel kFeatures{"cam0", ChannelKind::kFeatures};
+const Channel kImage{"cam0", ChannelKind::kImage};
+
+std::vector<std::uint8_t> calibration(const Camera& camera, const std::string& name = "cam0") {
+  return encode(to_message(NamedCamera{1, name, camera}));
+}
+
+std::vector<std::uint8_t> bytes(const FeatureFrame& frame) {
+  return encode(to_message(frame));
+}
+
+Camera changed_camera() {
+  Camera camera = synthetic_camera();
+  camera.fx = 510;
+  return camera;
+}
+
+std::vector<FrameResult> map_alone(int frames) {
+  const SyntheticStream stream;
+  Mapper mapper(synthetic_camera(), {});
+  std::vector<FrameResult> results;
+  for (int i = 0; i < frames; ++i) results.push_back(mapper.process(stream.frame(i)));
+  return results;
+}
+
+void expect_same(const FrameResult& a, const FrameResult& b) {
+  EXPECT_EQ(a.state, b.state);
+  EXPECT_EQ(a.source, b.source);
+  EXPECT_EQ(a.map_from_camera.rotation.coeffs(), b.map_from_camera.rotation.coeffs());
+  EXPECT_EQ(a.map_from_camera.translation, b.map_from_camera.translation);
+}
+
+TEST(CameraMapper, WithoutCalibrationFramesAreRejected) {
+  CameraMapper mapper{ServerConfig{}};
+  const FrameResult result = mapper.take_frame(kFeatures, bytes(SyntheticStream().frame(0))).result;
+  EXPECT_TRUE(result.rejected);
+  EXPECT_EQ(result.reason, Reason::kNoCalibration);
+  EXPECT_EQ(mapper.camera(), "");
+}
+
+TEST(CameraMapper, CalibrationOfTheConfigurationStays) {
+  ServerConfig config;
+  config.calibration = synthetic_camera();
+  CameraMapper mapper(config);
+  EXPECT_FALSE(mapper.take_frame(kFeatures, bytes(SyntheticStream().frame(0))).result.rejected);
+  EXPECT_EQ(mapper.camera(), "cam0");
+  EXPECT_EQ(mapper.take_calibration("cam0", calibration(synthetic_camera())).reason, Reason::kNone);
+  EXPECT_EQ(mapper.take_calibration("cam0", calibration(changed_camera())).reason,
+            Reason::kCalibrationMismatch);
+}
+
+// What is refused costs nothing that is mapped: the poses are those of the good frames alone.
+TEST(CameraMapper, RejectedInputLeavesTheMapAsItIs) {
+  const SyntheticStream stream;
+  const std::vector<FrameResult> expected = map_alone(25);
+  EXPECT_EQ(expected.back().state, TrackingState::kTracking) << "else this test shows little";
+  CameraMapper mapper{ServerConfig{}};
+  ASSERT_EQ(mapper.take_calibration("cam0", calibration(synthetic_camera())).reason, Reason::kNone);
+
+  const auto expect_rejected = [&](const Channel& channel, Bytes wire, Reason reason) {
+    const CameraMapper::Mapped mapped = mapper.take_frame(channel, wire);
+    EXPECT_TRUE(mapped.result.rejected);
+    EXPECT_EQ(mapped.result.reason, reason);
+    EXPECT_FALSE(mapped.update);
+  };
+  for (int i = 0; i < 25; ++i) {
+    const FeatureFrame frame = stream.frame(i);
+    expect_same(mapper.take_frame(kFeatures, bytes(frame)).result, expected[i]);
+
+    expect_rejected(kFeatures, bytes(frame), Reason::kTimeNotIncreasing);
+    expect_rejected(kImage, bytes(frame), Reason::kMalformedMessage);
+    FeatureFrame other = stream.frame(i + 1);
+    other.calibration_id = changed_camera().id();
+    expect_rejected(kFeatures, bytes(other), Reason::kCalibrationMismatch);
+    other = stream.frame(i + 1);
+    other.camera = "cam1";
+    expect_rejected(kFeatures, bytes(other), Reason::kMalformedMessage);
+    other = stream.frame(i + 1);
+    other.keypoints[3].laplacian_sign = 0;
+    expect_rejected(kFeatures, bytes(other), Reason::kBadFeatures);
+    EXPECT_EQ(mapper.take_calibration("cam0", bytes(frame)).reason, Reason::kMalformedMessage);
+    EXPECT_EQ(mapper.take_calibration("cam0", calibration(synthetic_camera())).reason,
+              Reason::kNone);
+  }
+  EXPECT_EQ(mapper.statistics().starts, 1);
+}
+
+TEST(CameraMapper, ChangedCalibrationBeginsANewMapWithANewNumber) {
+  const SyntheticStream stream;
+  CameraMapper mapper{ServerConfig{}};
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  std::int64_t first_map = 0, second_map = 0;
+  for (int i = 0; i < 25; ++i)
+    first_map = mapper.take_frame(kFeatures, bytes(stream.frame(i))).result.map_id;
+  ASSERT_GT(first_map, 0);
+
+  EXPECT_EQ(mapper.take_calibration("cam0", calibration(changed_camera())).reason,
+            Reason::kCalibrationChanged);
+  bool whole = false;
+  for (int i = 0; i < 25; ++i) {  // the clock begins again, too
+    FeatureFrame frame = stream.frame(i);
+    frame.calibration_id = 0;
+    const CameraMapper::Mapped mapped = mapper.take_frame(kFeatures, bytes(frame));
+    ASSERT_FALSE(mapped.result.rejected);
+    second_map = mapped.result.map_id;
+    if (!mapped.update) continue;
+    EXPECT_EQ(mapped.update->map_id, second_map);
+    whole = whole || mapped.update->base_seq == -1;
+  }
+  EXPECT_GT(second_map, first_map);
+  EXPECT_TRUE(whole) << "the first update of a new map is a whole map";
+}
+
+TEST(CameraMapper, GapsAreWhatNeverArrived) {
+  const SyntheticStream stream;
+  CameraMapper mapper{ServerConfig{}};
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  mapper.take_frame(kFeatures, bytes(stream.frame(0)));
+  mapper.take_frame(kFeatures, bytes(stream.frame(1)));
+  EXPECT_EQ(mapper.sequence_gaps(), 0);
+  mapper.take_frame(kFeatures, bytes(stream.frame(4)));
+  EXPECT_EQ(mapper.sequence_gaps(), 2);
+  mapper.note_dropped(3);
+  mapper.take_frame(kFeatures, bytes(stream.frame(8)));
+  EXPECT_EQ(mapper.sequence_gaps(), 2) << "what the server dropped itself has arrived";
+  FeatureFrame restarted = stream.frame(9);
+  restarted.publisher = 8;
+  restarted.seq = 1000;
+  mapper.take_frame(kFeatures, bytes(restarted));
+  EXPECT_EQ(mapper.sequence_gaps(), 2) << "another publisher counts by itself";
+}
+
+// Pictures of a textured wall before another, the camera moving sideways.
+cv::Mat picture(int i) {
+  static const cv::Mat texture = [] {
+    cv::Mat noise(480, 1400, CV_8UC1);
+    cv::RNG(3).fill(noise, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(noise, noise, {0, 0}, 3);
+    cv::normalize(noise, noise, 0, 255, cv::NORM_MINMAX);
+    return noise;
+  }();
+  cv::Mat image = texture.colRange(300 + 2 * i, 940 + 2 * i).clone();
+  texture(cv::Rect(5 * i, 100, 640, 120)).copyTo(image.rowRange(100, 220));
+  texture(cv::Rect(9 * i, 300, 640, 100)).copyTo(image.rowRange(300, 400));
+  return image;
+}
+
+TEST(CameraMapper, ImagesAndTheirFeaturesGiveTheSame) {
+  ServerConfig config;
+  config.calibration = synthetic_camera();
+  CameraMapper of_gray(config), of_jpeg(config), of_features(config);
+  const SurfExtractor extractor;
+  for (int i = 0; i < 20; ++i) {
+    ImageMessage jpeg;
+    jpeg.time_us = 1000 * (i + 1);
+    jpeg.width = 640;
+    jpeg.height = 480;
+    jpeg.format = PixelFormat::kMjpeg;
+    cv::imencode(".jpg", picture(i), jpeg.data);
+    const cv::Mat pixels = cv::imdecode(jpeg.data, cv::IMREAD_GRAYSCALE);
+    ImageMessage gray = jpeg;
+    gray.format = PixelFormat::kGray;
+    gray.row_stride = 640;
+    gray.data.assign(pixels.datastart, pixels.dataend);
+    const FeatureFrame features =
+        extract_frame(extractor, pixels, {jpeg.time_us, 0, -1, "cam0", synthetic_camera().id()});
+
+    const FrameResult a = of_gray.take_frame(kImage, encode(to_message(gray))).result;
+    const FrameResult b = of_jpeg.take_frame(kImage, encode(to_message(jpeg))).result;
+    const FrameResult c = of_features.take_frame(kFeatures, bytes(features)).result;
+    ASSERT_FALSE(a.rejected) << a.detail;
+    EXPECT_EQ(a.detail, c.detail);
+    EXPECT_EQ(a.num_matches, c.num_matches);
+    expect_same(a, c);
+    EXPECT_EQ(b.detail, c.detail);
+    expect_same(b, c);
+  }
+}
+
+}  // namespace
+}  // namespace eifmap

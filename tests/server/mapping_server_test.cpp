@@ -1,0 +1,221 @@
+// The whole server on an in-process network.
+#include "server/mapping_server.h"
+
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <lcm/lcm-cpp.hpp>
+#include <mutex>
+
+#include "convert/camera_message.h"
+#include "convert/feature_message.h"
+#include "convert/map_assembler.h"
+#include "convert/status_message.h"
+#include "server/lcm_bus.h"
+#include "server/synthetic_stream.h"
+
+namespace eifmap {
+namespace {
+
+using namespace std::chrono_literals;
+
+// One memq:// network with a server, a publisher and a listener on it, and a thread that hands the
+// messages out.
+class Network {
+ public:
+  explicit Network(const ServerConfig& config)
+      : lcm_(std::make_shared<lcm::LCM>("memq://")), bus_(lcm_), listener_(lcm_) {
+    listen(ChannelKind::kPose, [this](Bytes bytes) {
+      const Decoded<PublishedPose> pose = decode_pose(bytes);
+      EXPECT_TRUE(pose.ok()) << pose.detail;
+      poses.push_back(pose.value.result);
+    });
+    listen(ChannelKind::kMap, [this](Bytes bytes) {
+      EXPECT_LE(bytes.size(), kDefaultMaxPartBytes);
+      const Decoded<MapPart> part = decode_map_part(bytes);
+      EXPECT_TRUE(part.ok()) << part.detail;
+      map.add(part.value);
+    });
+    listen(ChannelKind::kStatus, [this](Bytes bytes) {
+      const Decoded<status_t> status = decode_status(bytes);
+      EXPECT_TRUE(status.ok()) << status.detail;
+      statuses.push_back(status.value);
+      ++status_count;
+      stopped_ = status.value.state == status_t::STATE_STOPPING;
+    });
+    server.emplace(config, bus_);
+    // Subscribed after the server, so handed out after it: what is counted, the server has.
+    listener_.subscribe("eifmap\\..*\\.(calibration|image|features)", 0,
+                        [this](const std::string&, Bytes) { ++handed_out_; });
+    dispatcher_ = std::thread([this] {
+      while (!done_) bus_.receive(10ms);
+    });
+  }
+  ~Network() { finish(); }
+
+  void publish(const Channel& channel, Bytes bytes) {
+    bus_.publish(channel_name(channel.camera, channel.kind), bytes);
+    ++published_;
+  }
+  void publish(const FeatureFrame& frame) {
+    publish({frame.camera, ChannelKind::kFeatures}, encode(to_message(frame)));
+  }
+  void publish(const Camera& camera, const std::string& name = "cam0") {
+    publish({name, ChannelKind::kCalibration}, encode(to_message(NamedCamera{1, name, camera})));
+  }
+
+  // Waits until the server has mapped all that was published.
+  void settle() {
+    for (int i = 0; i < 60000 && handed_out_ < published_; ++i) std::this_thread::sleep_for(1ms);
+    ASSERT_EQ(handed_out_, published_);
+    ASSERT_TRUE(server->wait_until_idle(60s));
+  }
+
+  // Stops the server and waits for its last word: the lists below may then be read.
+  void finish() {
+    if (!dispatcher_.joinable()) return;
+    server->stop();
+    for (int i = 0; i < 60000 && !stopped_; ++i) std::this_thread::sleep_for(1ms);
+    EXPECT_TRUE(stopped_);
+    done_ = true;
+    dispatcher_.join();
+  }
+
+  std::optional<MappingServer> server;
+  std::vector<FrameResult> poses;
+  MapAssembler map;
+  std::vector<status_t> statuses;
+  std::atomic<int> status_count = 0;
+
+ private:
+  void listen(ChannelKind kind, std::function<void(Bytes)> handler) {
+    listener_.subscribe(channel_pattern("", kind), 0,
+                        [handler](const std::string&, Bytes bytes) { handler(bytes); });
+  }
+
+  std::shared_ptr<lcm::LCM> lcm_;
+  LcmBus bus_, listener_;
+  std::atomic<bool> done_ = false, stopped_ = false;
+  std::atomic<int> published_ = 0, handed_out_ = 0;
+  std::thread dispatcher_;
+};
+
+ServerConfig lossless() {
+  ServerConfig config;
+  config.input = InputMode::kLossless;
+  return config;
+}
+
+TEST(MappingServer, PublishesWhatTheMapperSaysToTheBit) {
+  constexpr int kFrames = 40;
+  const SyntheticStream stream;
+  Network network(lossless());
+  network.publish(synthetic_camera());
+  for (int i = 0; i < kFrames; ++i) network.publish(stream.frame(i));
+  network.settle();
+  network.finish();
+
+  Mapper mapper(synthetic_camera(), {});
+  ASSERT_EQ(network.poses.size(), static_cast<std::size_t>(kFrames));
+  for (int i = 0; i < kFrames; ++i) {
+    const FrameResult expected = mapper.process(stream.frame(i));
+    const FrameResult& pose = network.poses[static_cast<std::size_t>(i)];
+    EXPECT_EQ(pose.time_us, expected.time_us);
+    EXPECT_EQ(pose.seq, i);
+    EXPECT_EQ(pose.state, expected.state);
+    EXPECT_EQ(pose.source, expected.source);
+    EXPECT_EQ(pose.reason, expected.reason);
+    EXPECT_EQ(pose.map_from_camera.translation, expected.map_from_camera.translation);
+    EXPECT_EQ(pose.map_from_camera.rotation.coeffs(), expected.map_from_camera.rotation.coeffs());
+    EXPECT_EQ(pose.covariance, expected.covariance);
+  }
+  EXPECT_EQ(network.poses.back().state, TrackingState::kTracking);
+  EXPECT_EQ(static_cast<std::int64_t>(network.map.map().keyframes.size()),
+            mapper.statistics().keyframes);
+  EXPECT_EQ(static_cast<std::int64_t>(network.map.map().landmarks.size()),
+            mapper.statistics().landmarks);
+  EXPECT_EQ(network.map.lost_updates(), 0);
+  EXPECT_EQ(network.poses.back().map_seq, network.map.map().seq);
+
+  const status_t& last = network.statuses.back();
+  EXPECT_EQ(last.state, status_t::STATE_STOPPING);
+  EXPECT_EQ(last.camera, "cam0");
+  EXPECT_EQ(last.frames_received, kFrames);
+  EXPECT_EQ(last.frames_processed, kFrames);
+  EXPECT_EQ(last.frames_dropped, 0);
+  EXPECT_EQ(last.sequence_gaps, 0);
+  EXPECT_GT(last.parts_sent, 0);
+}
+
+TEST(MappingServer, NewestAccountsForEveryFrame) {
+  constexpr int kFrames = 200;
+  const SyntheticStream stream;
+  Network network(ServerConfig{});
+  network.publish(synthetic_camera());
+  for (int i = 0; i < kFrames; ++i) network.publish(stream.frame(i, 0.02));
+  network.settle();
+  network.finish();
+  const status_t& last = network.statuses.back();
+  EXPECT_EQ(last.frames_received, kFrames);
+  EXPECT_EQ(last.frames_processed + last.frames_dropped, kFrames);
+  EXPECT_GT(last.frames_dropped, 0) << "200 frames at once must not all be mapped";
+  EXPECT_EQ(last.sequence_gaps, 0) << "what the server drops is no loss of the network";
+  ASSERT_FALSE(network.poses.empty());
+  EXPECT_EQ(network.poses.back().seq, kFrames - 1) << "the newest is never the one dropped";
+  EXPECT_EQ(static_cast<std::int64_t>(network.poses.size()), last.frames_processed);
+}
+
+TEST(MappingServer, StatusSaysWhatIsWrong) {
+  const SyntheticStream stream;
+  Network network(lossless());
+  network.publish(stream.frame(0));
+  network.publish({"cam0", ChannelKind::kFeatures}, std::vector<std::uint8_t>(100, 7));
+  network.publish(synthetic_camera());
+  network.publish({"cam0", ChannelKind::kFeatures}, std::vector<std::uint8_t>(100, 7));
+  network.publish(stream.frame(1));
+  FeatureFrame foreign = stream.frame(2);
+  foreign.camera = "cam1";
+  network.settle();
+  network.publish(foreign);
+  network.settle();
+  network.finish();
+  bool no_calibration = false;
+  for (const status_t& status : network.statuses)
+    if (status.reason == static_cast<std::int16_t>(Reason::kNoCalibration)) {
+      no_calibration = true;
+      EXPECT_EQ(status.level, status_t::LEVEL_ERROR);
+      EXPECT_NE(status.message, "");
+      EXPECT_NE(status.hint, "");
+    }
+  EXPECT_TRUE(no_calibration);
+  const status_t& last = network.statuses.back();
+  EXPECT_EQ(last.frames_processed, 1);
+  EXPECT_EQ(last.frames_rejected, 4) << "two without calibration, one malformed, one foreign";
+  EXPECT_EQ(last.bad_messages, 1);
+  EXPECT_EQ(network.poses.size(), 1u) << "rejected frames have no pose";
+}
+
+TEST(MappingServer, StopsWhileTheInboxIsFull) {
+  ServerConfig config = lossless();
+  config.max_queued_mib = 1;  // about ten frames
+  const SyntheticStream stream;
+  Network network(config);
+  network.publish(synthetic_camera());
+  for (int i = 0; i < 100; ++i) network.publish(stream.frame(i));
+  network.finish();
+  EXPECT_EQ(network.statuses.back().state, status_t::STATE_STOPPING);
+}
+
+TEST(MappingServer, StatusComesWithoutAnyInput) {
+  ServerConfig config;
+  config.status_period_s = 0.02;
+  Network network(config);
+  for (int i = 0; i < 60000 && network.status_count < 3; ++i) std::this_thread::sleep_for(1ms);
+  network.finish();
+  EXPECT_GE(network.statuses.size(), 3u);
+  EXPECT_EQ(network.statuses.front().state, status_t::STATE_WAITING);
+  EXPECT_NE(network.statuses.front().hint, "");
+}
+
+}  // namespace
+}  // namespace eifmap
