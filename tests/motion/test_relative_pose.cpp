@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <ostream>
 #include <stdexcept>
 
 #include "motion/relative_pose.h"
@@ -41,6 +42,10 @@ struct Case {
   SceneOptions scene;
   double max_mean_deg, max_worst_deg;
 };
+
+void PrintTo(const Case& test, std::ostream* out) {
+  *out << test.name;
+}
 
 class RelativePoseOn : public testing::TestWithParam<Case> {};
 
@@ -125,6 +130,10 @@ struct Consistency {
   SceneOptions scene;
   double low, high;
 };
+
+void PrintTo(const Consistency& test, std::ostream* out) {
+  *out << test.name;
+}
 
 class RelativePoseCovarianceOn : public testing::TestWithParam<Consistency> {};
 
