@@ -60,10 +60,18 @@ class FirstImages : public ImageSource {
   std::string name() const override { return source_->name(); }
   int size() const override { return size_; }
   const Camera& camera() const override { return source_->camera(); }
-  std::vector<TumPose> ground_truth() const override { return source_->ground_truth(); }
   std::int64_t time_us(int i) const override { return source_->time_us(i); }
   GrayImage gray(int i) const override { return source_->gray(i); }
   std::optional<FileBytes> jpeg(int i) const override { return source_->jpeg(i); }
+
+  // The truth of the time that the images cover, or the path would be longer than the walk.
+  std::vector<TumPose> ground_truth() const override {
+    std::vector<TumPose> poses = source_->ground_truth();
+    if (size_ == 0) return {};
+    const double end_s = 1e-6 * static_cast<double>(time_us(size_ - 1)) + 1e-6;
+    std::erase_if(poses, [end_s](const TumPose& pose) { return pose.time_s > end_s; });
+    return poses;
+  }
 
  private:
   std::unique_ptr<ImageSource> source_;

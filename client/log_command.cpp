@@ -1,8 +1,8 @@
 #include <spdlog/spdlog.h>
 
+#include "bus/lcm_bus.h"
 #include "client/commands.h"
 #include "client/logger.h"
-#include "server/lcm_bus.h"
 
 namespace eifmap {
 namespace {

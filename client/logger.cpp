@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "convert/channel.h"
+#include "names.h"
 #include "sequence/ply.h"
 #include "sequence/tum.h"
-#include "server/names.h"
 
 namespace eifmap {
 namespace {
@@ -146,14 +146,14 @@ void Logger::receive_pose(const std::string&, Bytes bytes) {
 }
 
 void Logger::receive_status(const std::string&, Bytes bytes) {
-  const auto status = decode_status(bytes);
+  auto status = decode_status(bytes);
   if (!status.ok()) {
     ++counts_.malformed;
     return;
   }
   ++counts_.statuses;
   statuses_ << line_of(json_of(status.value)) << std::flush;
-  server_stopped_ = status.value.state == status_t::STATE_STOPPING;
+  last_status_ = std::move(status.value);
 }
 
 void Logger::receive_map(const std::string&, Bytes bytes) {

@@ -10,10 +10,10 @@
 #include <memory>
 #include <string>
 
+#include "bus/bus.h"
 #include "convert/map_assembler.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
-#include "server/bus.h"
 
 namespace eifmap {
 
@@ -36,7 +36,8 @@ class Logger {
   // These from the thread that calls bus.receive().
   const Counts& counts() const { return counts_; }
   const MapAssembler& map() const { return map_; }
-  bool server_stopped() const { return server_stopped_; }
+  const status_t& last_status() const { return last_status_; }  // zeros before the first
+  bool server_stopped() const { return last_status_.state == status_t::STATE_STOPPING; }
   Clock::time_point last_message() const { return last_message_; }  // of any kind; first: open()
 
   // Writes map.ply. Returns "" or what went wrong since open().
@@ -56,7 +57,7 @@ class Logger {
   std::ofstream trajectory_, poses_, statuses_;
   MapAssembler map_;
   Counts counts_;
-  bool server_stopped_ = false;
+  status_t last_status_{};
   Clock::time_point last_message_ = Clock::now();
 };
 

@@ -3,9 +3,9 @@
 #include <fstream>
 #include <map>
 
+#include "bus/lcm_bus.h"
 #include "client/commands.h"
 #include "client/publisher.h"
-#include "server/lcm_bus.h"
 
 namespace eifmap {
 namespace {

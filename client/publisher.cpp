@@ -10,7 +10,7 @@
 #include "convert/channel.h"
 #include "convert/feature_message.h"
 #include "convert/image_message.h"
-#include "server/front_end.h"
+#include "features/front_end.h"
 
 namespace eifmap {
 namespace {

@@ -6,9 +6,9 @@
 #include <functional>
 #include <string>
 
+#include "bus/bus.h"
 #include "client/image_source.h"
 #include "features/surf.h"
-#include "server/bus.h"
 
 namespace eifmap {
 

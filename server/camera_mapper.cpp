@@ -5,7 +5,7 @@
 
 #include "convert/camera_message.h"
 #include "convert/feature_message.h"
-#include "server/front_end.h"
+#include "features/front_end.h"
 #include "server/image_decoder.h"
 
 namespace eifmap {

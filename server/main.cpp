@@ -10,8 +10,8 @@
 #include <opencv2/core/utility.hpp>
 #include <sstream>
 
+#include "bus/lcm_bus.h"
 #include "sequence/recorded_sequence.h"
-#include "server/lcm_bus.h"
 #include "server/mapping_server.h"
 #include "server/progress_bar.h"
 #include "server/sequence_run.h"

@@ -11,7 +11,7 @@
 #include <string>
 #include <thread>
 
-#include "server/bus.h"
+#include "bus/bus.h"
 #include "server/camera_mapper.h"
 #include "server/config.h"
 #include "server/inbox.h"

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "names.h"
 #include "sequence/ply.h"
 #include "sequence/tum.h"
-#include "server/names.h"
 
 namespace eifmap {
 namespace {

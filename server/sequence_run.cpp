@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "features/front_end.h"
 #include "sequence/recorded_sequence.h"
-#include "server/front_end.h"
 #include "server/jitter.h"
 #include "server/run_record.h"
 

@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "convert/limits.h"
-#include "server/names.h"
+#include "names.h"
 
 namespace eifmap {
 namespace {

@@ -8,7 +8,7 @@
 #include "convert/camera_message.h"
 #include "convert/feature_message.h"
 #include "convert/image_message.h"
-#include "server/front_end.h"
+#include "features/front_end.h"
 #include "server/synthetic_stream.h"
 
 namespace eifmap {

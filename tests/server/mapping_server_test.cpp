@@ -7,11 +7,11 @@
 #include <lcm/lcm-cpp.hpp>
 #include <mutex>
 
+#include "bus/lcm_bus.h"
 #include "convert/camera_message.h"
 #include "convert/feature_message.h"
 #include "convert/map_assembler.h"
 #include "convert/status_message.h"
-#include "server/lcm_bus.h"
 #include "server/synthetic_stream.h"
 
 namespace eifmap {

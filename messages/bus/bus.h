@@ -1,4 +1,4 @@
-// What the server needs of a network: named channels of bytes.
+// What server and client need of a network: named channels of bytes.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,4 @@
-#include "server/names.h"
+#include "names.h"
 
 namespace eifmap {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "server/bus.h"
+#include "bus/bus.h"
 
 namespace lcm {
 class LCM;

@@ -1,4 +1,4 @@
-#include "server/front_end.h"
+#include "features/front_end.h"
 
 namespace eifmap {
 

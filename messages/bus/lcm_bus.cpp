@@ -1,4 +1,4 @@
-#include "server/lcm_bus.h"
+#include "bus/lcm_bus.h"
 
 #include <charconv>
 #include <fstream>

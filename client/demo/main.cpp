@@ -1,0 +1,161 @@
+// eifmap-demo: images become a published map, all in one process, and the result is compared with
+// the truth and drawn.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
+#include <opencv2/core/utility.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "client/demo/in_process_run.h"
+#include "client/demo/top_view.h"
+#include "client/stop_signals.h"
+#include "server/progress_bar.h"
+
+namespace {
+
+using namespace eifmap;
+namespace fs = std::filesystem;
+
+constexpr int kFailed = 1, kBadOptions = 2;
+
+struct Options {
+  std::string folder, output;
+  int max_frames = 0;
+};
+
+template <typename... Values>
+std::string print_to_string(const char* format, Values... values) {
+  char text[512];
+  std::snprintf(text, sizeof(text), format, values...);
+  return text;
+}
+
+int fail(const std::string& problem, int code = kFailed) {
+  std::cerr << "\ndemo: " << problem << std::endl;
+  return code;
+}
+
+std::unique_ptr<ImageSource> open_source(const Options& options, std::string& problem) {
+  std::unique_ptr<ImageSource> source;
+  if (options.folder.empty()) {
+    std::cout << "Painting a courtyard to walk through ..." << std::endl;
+    source = make_source(SimulatedWorld());
+  } else {
+    auto opened = RecordedSequence::open(options.folder);
+    problem = opened.problem;
+    if (!opened.sequence) return nullptr;
+    source = make_source(std::move(*opened.sequence));
+  }
+  return options.max_frames > 0 ? first_images(std::move(source), options.max_frames)
+                                : std::move(source);
+}
+
+std::string write_truth(const fs::path& file, const std::vector<TumPose>& truth) {
+  std::vector<TimedPose> poses;
+  for (const TumPose& pose : truth)
+    poses.push_back({std::llround(1e6 * pose.time_s), pose.world_from_camera});
+  return write_tum(file, poses);
+}
+
+std::string describe_error(const TrajectoryError& error) {
+  if (!error.aligned) return "too few poses for a trajectory error";
+  return print_to_string("%.3f m RMSE, %.2f %% of the %.1f m path; rotation %.2f deg",
+                         error.rmse_m, error.percent_of_path(), error.path_m,
+                         error.rotation_rmse_deg);
+}
+
+struct Outcome {
+  TopViewData picture;
+  TrajectoryError published, final;
+};
+
+// Of the files that the run left.
+Outcome evaluate(const ImageSource& source, const fs::path& output, InProcessResult run) {
+  Outcome outcome;
+  TopViewData& picture = outcome.picture;
+  picture.path = read_tum(output / "trajectory_final.tum").poses;
+  picture.keyframes = read_tum(output / "keyframes.tum").poses;
+  picture.points = std::move(run.points);
+  picture.truth = source.ground_truth();
+  const TrajectoryErrorOptions options{0.05, source.size()};
+  outcome.published =
+      trajectory_error(picture.truth, read_tum(output / "log" / "trajectory.tum").poses, options);
+  outcome.final = trajectory_error(picture.truth, picture.path, options);
+  if (outcome.final.aligned) picture.truth_from_map = outcome.final.truth_from_estimate;
+  picture.title = "eifmap: " + source.name();
+  picture.notes.push_back(
+      print_to_string("%d images, %zu placed in the map, %zu keyframes, %zu points", source.size(),
+                      picture.path.size(), picture.keyframes.size(), picture.points.size()));
+  if (!picture.truth.empty())
+    picture.notes.push_back("error of the path: " + describe_error(outcome.final));
+  return outcome;
+}
+
+void report(const Outcome& outcome, const fs::path& output) {
+  std::cout << '\n' << outcome.picture.notes.front() << '\n';
+  if (!outcome.picture.truth.empty())
+    std::cout << "error against the truth, after the best similarity transform:\n"
+              << "  as published live    " << describe_error(outcome.published) << '\n'
+              << "  in the final map     " << describe_error(outcome.final) << '\n';
+  std::cout << "in " << output.string() << ":\n"
+            << "  top_view.png           the picture of it\n"
+            << "  trajectory_final.tum   every image's pose in the final map\n"
+            << "  map.ply                the points (MeshLab, CloudCompare, Blender)\n"
+            << "  report.json            counts, reasons, times of each step\n"
+            << "  log/                   what a client saw: trajectory.tum, poses.jsonl, ...\n";
+}
+
+int run(const Options& options, StopSignals& signals) {
+  std::string problem;
+  const auto source = open_source(options, problem);
+  if (!source) return fail(problem, kBadOptions);
+  const fs::path output =
+      !options.output.empty()
+          ? fs::path(options.output)
+          : fs::path("out") / (options.folder.empty() ? "demo" : source->name());
+  std::cout << "Mapping " << source->size() << " images of " << source->name()
+            << ": server, publisher and logger on one memq:// bus" << std::endl;
+  ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
+  const InProcessResult result = run_in_process(*source, {output, PublishAs::kRaw}, [&](int done) {
+    bar.show(done, source->size());
+    return !signals.arrived();
+  });
+  if (!result.problem.empty()) return fail(result.problem);
+  if (result.tracked == 0) return fail("no map was made: " + result.last_words);
+
+  const Outcome outcome = evaluate(*source, output, result);
+  if (!outcome.picture.truth.empty()) {
+    problem = write_truth(output / "groundtruth.tum", outcome.picture.truth);
+    if (!problem.empty()) return fail(problem);
+  }
+  const fs::path picture = output / "top_view.png";
+  if (!cv::imwrite(picture.string(), draw_top_view(outcome.picture)))
+    return fail(picture.string() + ": cannot be written");
+  report(outcome, output);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  StopSignals signals;
+  Options options;
+  CLI::App app("Makes a map of a simulated walk, or of a recorded folder, and draws it.",
+               "eifmap-demo");
+  app.add_option("folder", options.folder, "recorded folder: images/, times.txt, calib.json");
+  app.add_option("--output", options.output, "default: out/demo, or out/ and the folder's name");
+  app.add_option("--max-frames", options.max_frames, "stop after so many images")
+      ->check(CLI::NonNegativeNumber);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kBadOptions;
+  }
+  try {
+    return run(options, signals);
+  } catch (const std::exception& error) {
+    return fail(error.what());
+  }
+}
