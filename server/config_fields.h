@@ -86,6 +86,7 @@ template <OptionsOf<KeyframeOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("min_tracked_ratio", o.min_tracked_ratio);
   visit("max_baseline_ratio", o.max_baseline_ratio);
+  visit("few_tracked", o.few_tracked);
   visit("min_inliers", o.min_inliers);
 }
 
@@ -105,6 +106,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_sigma_direction_deg", o.max_sigma_direction_deg);
   visit("min_measurements", o.min_measurements);
   visit("max_spent_ratio", o.max_spent_ratio);
+  visit("neighbours", o.neighbours);
 }
 
 template <OptionsOf<FilterOptions> O>

@@ -22,6 +22,7 @@ struct BlobCandidate {
 // A maximum of sigma^4 (Lxx Lyy - Lxy^2) over place and sigma.
 struct Blob {
   double u = 0, v = 0;  // px; the centre of the top-left pixel is (0, 0)
+  double sigma_px = 0;  // px, standard deviation of (u, v), each axis
   double scale = 0;     // px, sigma
   double response = 0;  // the determinant there, of intensities in [0, 1]
   int sign = 0;         // of Lxx + Lyy

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace eifmap {
 namespace {
@@ -40,10 +39,7 @@ std::vector<std::size_t> spread(std::span<const Contender> contenders, int width
   std::sort(ranked.begin(), ranked.end(), better);
 
   std::vector<int> rank(2 * columns * rows, 0);
-  for (Ranked& r : ranked) {
-    const double n = ++rank[tile_of(contenders[r.index], side, columns)];
-    r.merit /= n * n;
-  }
+  for (Ranked& r : ranked) r.merit /= ++rank[tile_of(contenders[r.index], side, columns)];
   const std::size_t kept = std::min(count, ranked.size());
   std::partial_sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(kept),
                     ranked.end(), better);

@@ -16,14 +16,9 @@ namespace {
 constexpr int kSmallestImage = 32;  // px
 
 // Of the blobs in order of merit, this many more than wanted are refined: some are twice the same.
-constexpr double kSpare = 1.05;
+constexpr double kSpare = 1.1;
 // Coarse maxima looked at, per feature wanted: about every second is no maximum at closer look.
-constexpr double kCandidates = 3;
-
-// Standard deviation of a blob's place, each axis: measured, see bench.
-float sigma_of(const Blob& blob) {
-  return static_cast<float>(0.1 + 0.05 * blob.scale);
-}
+constexpr double kCandidates = 4;
 
 // The coarse maxima to look at, best first.
 std::vector<BlobCandidate> preselect(const std::vector<BlobCandidate>& found, int width, int height,
@@ -44,7 +39,7 @@ bool comes_before(const Keypoint& a, const Keypoint& b) {
 Keypoint keypoint_of(const Blob& blob) {
   return {.u = static_cast<float>(blob.u),
           .v = static_cast<float>(blob.v),
-          .sigma_px = sigma_of(blob),
+          .sigma_px = static_cast<float>(blob.sigma_px),
           .scale = static_cast<float>(blob.scale),
           .angle = 0,
           .response = static_cast<float>(blob.response),
@@ -64,7 +59,8 @@ std::vector<Keypoint> refine(const IntegralImage& integral, const ImagePyramid& 
 
 // Neighbouring octaves and neighbouring samples may climb to the same maximum.
 bool same_blob(const Keypoint& a, const Keypoint& b) {
-  return std::abs(a.u - b.u) < 1 && std::abs(a.v - b.v) < 1 &&
+  return a.laplacian_sign == b.laplacian_sign && std::abs(a.u - b.u) < 1 &&
+         std::abs(a.v - b.v) < 1 &&
          std::abs(a.scale - b.scale) < 0.25f * std::min(a.scale, b.scale);
 }
 

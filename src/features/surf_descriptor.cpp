@@ -82,7 +82,7 @@ void quantize(std::array<double, kDescriptorSize>& values, std::int8_t* descript
 void surf_descriptor(const IntegralImage& integral, float u, float v, float scale,
                      std::int8_t* descriptor) {
   CellGrid cells;
-  cells.sample(integral, u, v, 0.73f * scale);
+  cells.sample(integral, u, v, scale);
   const Weights& weights = sample_weights();
   ColumnSums sums;
   sum_columns(cells, weights, sums);

@@ -25,6 +25,7 @@ constexpr double kMinSpread = 0.5, kMaxSpread = 2.5;
 // lines have random, mostly huge parallax: a handful of them at 40 % outliers doubled the
 // direction's error. Above this many times the median, leverage is cut (C. Mallows' weights).
 constexpr double kMaxLeverage = 4;
+constexpr int kRounds = 2;
 // Of the information on a direction of the parameters, the share that may be noise (see
 // EpipolarGeometry::jacobian_noise) before the covariance stops growing.
 constexpr double kMaxNoiseShare = 0.8;
@@ -136,7 +137,7 @@ bool bound_leverage(std::span<const Correspondence> matches, const RelativePose&
   }
   const double usual = take_median(of_near);
   for (std::size_t k = 0; k < members.size(); ++k)
-    if (leverages[k] > kMaxLeverage * usual) members[k].trust = kMaxLeverage * usual / leverages[k];
+    members[k].trust = std::min(1.0, kMaxLeverage * usual / leverages[k]);
   return true;
 }
 
@@ -174,18 +175,23 @@ bool set_covariance(std::span<const Correspondence> matches, const std::vector<M
 bool refine_relative_pose(std::span<const Correspondence> matches, double /*radians_per_pixel*/,
                           RelativePose& pose, std::vector<std::uint8_t>& inlier) {
   if (inlier.empty()) inlier.assign(matches.size(), 1);
-  std::vector<Member> members;
+  std::vector<Member> allowed;
   for (std::size_t k = 0; k < matches.size(); ++k)
-    if (inlier[k]) members.push_back({k});
+    if (inlier[k]) allowed.push_back({k});
   std::fill(inlier.begin(), inlier.end(), 0);
-  if (members.size() < kMinInliers) return false;
+  if (allowed.size() < kMinInliers) return false;
 
   double spread = kMaxSpread;
-  minimize(matches, members, pose, spread);
-  // Wrong matches on the epipolar line show by a point behind the cameras, or by leverage.
-  drop_behind(matches, pose, members);
-  if (!bound_leverage(matches, pose, kBisquare * spread, members)) return false;
-  minimize(matches, members, pose, spread);
+  minimize(matches, allowed, pose, spread);
+  // Wrong matches on the epipolar line show by a point behind the cameras, or by leverage. Both are
+  // judged anew from the better pose.
+  std::vector<Member> members;
+  for (int round = 0; round < kRounds; ++round) {
+    members = allowed;
+    drop_behind(matches, pose, members);
+    if (!bound_leverage(matches, pose, kBisquare * spread, members)) return false;
+    minimize(matches, members, pose, spread);
+  }
   drop_behind(matches, pose, members);
 
   const EpipolarGeometry geometry(pose);
@@ -194,7 +200,8 @@ bool refine_relative_pose(std::span<const Correspondence> matches, double /*radi
     return !(std::abs(geometry.residual(matches[m.match])) < limit);
   });
   for (const Member& m : members) inlier[m.match] = 1;
-  return members.size() >= kMinInliers && set_covariance(matches, members, spread, pose);
+  return members.size() >= kMinInliers && bound_leverage(matches, pose, limit, members) &&
+         set_covariance(matches, members, spread, pose);
 }
 
 }  // namespace eifmap

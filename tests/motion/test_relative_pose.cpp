@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <ostream>
 #include <stdexcept>
 
 #include "motion/relative_pose.h"
@@ -41,6 +42,10 @@ struct Case {
   SceneOptions scene;
   double max_mean_deg, max_worst_deg;
 };
+
+void PrintTo(const Case& test, std::ostream* out) {
+  *out << test.name;
+}
 
 class RelativePoseOn : public testing::TestWithParam<Case> {};
 
@@ -126,6 +131,10 @@ struct Consistency {
   double low, high;
 };
 
+void PrintTo(const Consistency& test, std::ostream* out) {
+  *out << test.name;
+}
+
 class RelativePoseCovarianceOn : public testing::TestWithParam<Consistency> {};
 
 TEST_P(RelativePoseCovarianceOn, IsHonest) {
@@ -144,18 +153,24 @@ TEST_P(RelativePoseCovarianceOn, IsHonest) {
   EXPECT_LT(sum / kSeeds, GetParam().high);
 }
 
-// The mean's standard error is sqrt(10 / 120) = .29 around 5. Wrong matches that pass cost a
-// little; without bounded leverage the second-last read 96, without allowance for noise the last
-// read 11.
+// The mean's standard error is sqrt(10 / 120) = .29 around 5; bisquare weights and the spread,
+// never taken below 1, hold it a little lower. Without bounded leverage little parallax with 40 %
+// wrong read 96, without allowance for the Jacobians' noise forward motion with little parallax 11.
 INSTANTIATE_TEST_SUITE_P(
     Scenes, RelativePoseCovarianceOn,
     testing::Values(
         Consistency{"Sideways", {1, 0, 0}, {.number = 200}, 3.5, 6},
         Consistency{"Forward", {0, 0, 1}, {.number = 200}, 3.5, 6},
-        Consistency{"SidewaysWrong30", {1, 0, 0}, {.number = 200, .outliers = 0.3}, 3.5, 7},
-        Consistency{"ForwardWrong30", {0, 0, 1}, {.number = 200, .outliers = 0.3}, 3.5, 7},
-        Consistency{"LittleParallaxWrong40", {0.3, 0, 0}, {.number = 400, .outliers = 0.4}, 3.5, 8},
-        Consistency{"LittleParallaxForward", {0, 0, 0.3}, {.number = 400}, 3, 7}),
+        Consistency{"SidewaysWrong40", {1, 0, 0}, {.number = 200, .outliers = 0.4}, 3.5, 6.5},
+        Consistency{"ForwardWrong40", {0, 0, 1}, {.number = 200, .outliers = 0.4}, 3.5, 6.5},
+        Consistency{
+            "LittleParallaxWrong40", {0.3, 0, 0}, {.number = 400, .outliers = 0.4}, 3.5, 6.5},
+        Consistency{"LittleParallaxForward", {0, 0, 0.3}, {.number = 400}, 3.3, 6},
+        Consistency{"SlowCarWrong20",
+                    {0.02, 0, 0.3},
+                    {.number = 400, .outliers = 0.2, .near = 6, .far = 60},
+                    3,
+                    6.5}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(RelativePose, CovarianceGrowsWithTheRealNoise) {

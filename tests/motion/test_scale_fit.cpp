@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ostream>
 #include <stdexcept>
 
 #include "motion/scale_fit.h"
@@ -59,6 +60,10 @@ struct Case {
   Eigen::Vector3d step;
   double guess_length, outliers;
 };
+
+void PrintTo(const Case& test, std::ostream* out) {
+  *out << test.name;
+}
 
 class ScaleFitOn : public testing::TestWithParam<Case> {};
 

@@ -1,0 +1,119 @@
+// Where features are said to be, against where they are.
+#include <gtest/gtest.h>
+
+#include "features/images.h"
+#include "features/matcher.h"
+#include "features/surf.h"
+
+namespace eifmap {
+namespace {
+
+struct Case {
+  double sigma;  // px
+  double u, v;
+  int sign;
+};
+
+class SurfFindsABlob : public ::testing::TestWithParam<Case> {};
+
+TEST_P(SurfFindsABlob, WhereItIs) {
+  const auto [sigma, u, v, sign] = GetParam();
+  const double height = sign < 0 ? 120 : -120;
+  const cv::Mat image =
+      testing::render(160, 150, [&, u = u, v = v, sigma = sigma](double x, double y) {
+        const double r = std::hypot(x - u, y - v) / sigma;
+        return 128 + height * std::exp(-0.5 * r * r);
+      });
+  const Features features = SurfExtractor().extract(image);
+  ASSERT_FALSE(features.keypoints.empty());
+  const Keypoint& best = features.keypoints.front();
+  EXPECT_NEAR(best.u, u, 0.05);
+  EXPECT_NEAR(best.v, v, 0.05);
+  EXPECT_NEAR(best.scale / sigma, 1, 0.05);
+  EXPECT_EQ(best.laplacian_sign, sign);
+}
+
+INSTANTIATE_TEST_SUITE_P(Blobs, SurfFindsABlob,
+                         ::testing::Values(Case{1.6, 70.0, 80.0, -1}, Case{1.6, 70.5, 80.25, 1},
+                                           Case{2.1, 81.37, 74.81, -1}, Case{3.0, 80.71, 70.13, 1},
+                                           Case{4.4, 79.25, 73.5, -1}, Case{6.0, 83.62, 75.33, 1},
+                                           Case{8.0, 80.9, 72.4, -1}, Case{11.0, 78.45, 76.85, 1},
+                                           Case{2.5, 50.5, 99.5, 1}, Case{2.5, 50.5, 99.5, -1}));
+
+struct PairFigures {
+  int repeated = 0, visible = 0;     // keypoints of a found again in b, of those in b's view
+  int matches = 0, right = 0;        // by descriptors; right: within 2 px
+  double rms = 0, whitened_rms = 0;  // of the right ones, each axis
+};
+
+FeatureFrame frame_of(const cv::Mat& image) {
+  Features features = SurfExtractor().extract(image);
+  FeatureFrame frame;
+  frame.keypoints = std::move(features.keypoints);
+  frame.descriptors = std::move(features.descriptors);
+  return frame;
+}
+
+PairFigures compare(const FeatureFrame& a, const FeatureFrame& b, const Eigen::Matrix3d& b_from_a,
+                    int width, int height) {
+  const auto where = [&](const Keypoint& k) -> Eigen::Vector2d {
+    return (b_from_a * Eigen::Vector3d(k.u, k.v, 1)).hnormalized();
+  };
+  PairFigures figures;
+  for (const Keypoint& k : a.keypoints) {
+    const Eigen::Vector2d p = where(k);
+    if (p.x() < 20 || p.y() < 20 || p.x() > width - 21 || p.y() > height - 21) continue;
+    ++figures.visible;
+    figures.repeated += std::any_of(b.keypoints.begin(), b.keypoints.end(), [&](const Keypoint& q) {
+      return std::hypot(q.u - p.x(), q.v - p.y()) < 1 && q.laplacian_sign == k.laplacian_sign &&
+             std::abs(std::log(q.scale / k.scale)) < 0.4;
+    });
+  }
+  for (const int sign : {-1, 1})
+    for (const Match& m : match(features_of_sign(a, sign), features_of_sign(b, sign), {})) {
+      const Keypoint& k = a.keypoints[static_cast<std::size_t>(m.a)];
+      const Keypoint& q = b.keypoints[static_cast<std::size_t>(m.b)];
+      const Eigen::Vector2d error = where(k) - Eigen::Vector2d(q.u, q.v);
+      ++figures.matches;
+      if (error.norm() > 2) continue;
+      ++figures.right;
+      figures.rms += error.squaredNorm();
+      figures.whitened_rms +=
+          error.squaredNorm() / (k.sigma_px * k.sigma_px + q.sigma_px * q.sigma_px);
+    }
+  figures.rms = std::sqrt(figures.rms / (2 * figures.right));
+  figures.whitened_rms = std::sqrt(figures.whitened_rms / (2 * figures.right));
+  return figures;
+}
+
+TEST(SurfPair, OfKnownHomographyIsFoundAgain) {
+  constexpr int kWidth = 400, kHeight = 300;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const double angle = 0.1 * uniform(random), zoom = 1 + 0.1 * uniform(random);
+    Eigen::Matrix3d a_from_b, centre = Eigen::Matrix3d::Identity();
+    a_from_b << zoom * std::cos(angle), -zoom * std::sin(angle), 8 * uniform(random),
+        zoom * std::sin(angle), zoom * std::cos(angle), 8 * uniform(random), 1e-4 * uniform(random),
+        1e-4 * uniform(random), 1;
+    centre(0, 2) = kWidth / 2;
+    centre(1, 2) = kHeight / 2;
+    a_from_b = centre * a_from_b * centre.inverse();
+    const testing::Texture texture(seed);
+    const FeatureFrame a = frame_of(
+        testing::view(texture, kWidth, kHeight, Eigen::Matrix3d::Identity(), 1.5, 2 * seed));
+    const FeatureFrame b =
+        frame_of(testing::view(texture, kWidth, kHeight, a_from_b, 1.5, 2 * seed + 1));
+    const PairFigures figures = compare(a, b, a_from_b.inverse(), kWidth, kHeight);
+    ::testing::Test::RecordProperty("rms_" + std::to_string(seed), std::to_string(figures.rms));
+    EXPECT_GT(figures.repeated, 0.6 * figures.visible) << figures.visible << " visible";
+    EXPECT_GT(figures.matches, 250);
+    EXPECT_GT(figures.right, 0.95 * figures.matches) << figures.matches << " matches";
+    EXPECT_LT(figures.rms, 0.17);
+    EXPECT_GT(figures.whitened_rms, 0.3);
+    EXPECT_LT(figures.whitened_rms, 1.2);
+  }
+}
+
+}  // namespace
+}  // namespace eifmap
