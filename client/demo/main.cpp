@@ -61,9 +61,8 @@ std::string write_truth(const fs::path& file, const std::vector<TumPose>& truth)
 
 std::string describe_error(const TrajectoryError& error) {
   if (!error.aligned) return "too few poses for a trajectory error";
-  return print_to_string("%.3f m RMSE, %.2f %% of the %.1f m path; rotation %.2f deg",
-                         error.rmse_m, error.percent_of_path(), error.path_m,
-                         error.rotation_rmse_deg);
+  return print_to_string("%.3f m RMSE, %.2f %% of the %.1f m path; rotation %.2f deg", error.rmse_m,
+                         error.percent_of_path(), error.path_m, error.rotation_rmse_deg);
 }
 
 struct Outcome {
