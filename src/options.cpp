@@ -1,4 +1,82 @@
 #include "options.h"
+
 namespace eifmap {
-std::string MapperOptions::problem() const { return ""; }
+namespace {
+
+std::string say(const char* field, double value, const char* wanted) {
+  return std::string(field) + " is " + std::to_string(value) + ", wanted " + wanted;
 }
+
+std::string start_problem(const StartOptions& o) {
+  if (o.min_features < 8) return say("start.min_features", o.min_features, "8 or more");
+  if (o.min_matches < 8) return say("start.min_matches", o.min_matches, "8 or more");
+  if (!(o.max_sigma_direction_deg > 0))
+    return say("start.max_sigma_direction_deg", o.max_sigma_direction_deg, "above 0");
+  if (o.min_points < 8) return say("start.min_points", o.min_points, "8 or more");
+  if (!(o.max_relative_depth > 0))
+    return say("start.max_relative_depth", o.max_relative_depth, "above 0");
+  if (o.max_frames < 2) return say("start.max_frames", o.max_frames, "2 or more");
+  return "";
+}
+
+std::string keyframe_problem(const KeyframeOptions& o) {
+  if (!(o.min_tracked_ratio >= 0 && o.min_tracked_ratio <= 1))
+    return say("keyframe.min_tracked_ratio", o.min_tracked_ratio, "0 to 1");
+  if (!(o.max_baseline_ratio > 0))
+    return say("keyframe.max_baseline_ratio", o.max_baseline_ratio, "above 0");
+  if (o.few_tracked < 0) return say("keyframe.few_tracked", o.few_tracked, "0 or more");
+  if (o.min_inliers < 6) return say("keyframe.min_inliers", o.min_inliers, "6 or more");
+  return "";
+}
+
+std::string landmark_problem(const LandmarkOptions& o) {
+  if (o.neighbours < 1) return say("landmark.neighbours", o.neighbours, "1 or more");
+  if (!(o.min_parallax_deg >= 0))
+    return say("landmark.min_parallax_deg", o.min_parallax_deg, "0 or more");
+  if (!(o.max_relative_depth > 0))
+    return say("landmark.max_relative_depth", o.max_relative_depth, "above 0");
+  if (!(o.max_error > 0)) return say("landmark.max_error", o.max_error, "above 0");
+  if (o.min_views < 2) return say("landmark.min_views", o.min_views, "2 or more");
+  if (!(o.search_radius_px > 0))
+    return say("landmark.search_radius_px", o.search_radius_px, "above 0");
+  return "";
+}
+
+std::string edge_problem(const EdgeOptions& o) {
+  if (!(o.max_sigma_direction_deg > 0))
+    return say("edge.max_sigma_direction_deg", o.max_sigma_direction_deg, "above 0");
+  if (o.min_measurements < 8) return say("edge.min_measurements", o.min_measurements, "8 or more");
+  if (!(o.max_spent_ratio > 0 && o.max_spent_ratio <= 1))
+    return say("edge.max_spent_ratio", o.max_spent_ratio, "above 0, at most 1");
+  if (o.neighbours < 0) return say("edge.neighbours", o.neighbours, "0 or more");
+  return "";
+}
+
+std::string filter_problem(const FilterOptions& o) {
+  if (!(o.relinearize_px >= 0)) return say("filter.relinearize_px", o.relinearize_px, "0 or more");
+  if (o.max_iterations < 1) return say("filter.max_iterations", o.max_iterations, "1 or more");
+  if (!(o.gate_sigma > 1)) return say("filter.gate_sigma", o.gate_sigma, "above 1");
+  return "";
+}
+
+std::string lost_problem(const LostOptions& o) {
+  if (o.min_inliers < 6) return say("lost.min_inliers", o.min_inliers, "6 or more");
+  if (!(o.new_map_after_s >= 0))
+    return say("lost.new_map_after_s", o.new_map_after_s, "0 or more");
+  return "";
+}
+
+}  // namespace
+
+std::string MapperOptions::problem() const {
+  if (map_sign != -1 && map_sign != 1) return say("map_sign", map_sign, "-1 or 1");
+  if (!(sigma_factor > 0)) return say("sigma_factor", sigma_factor, "above 0");
+  for (const std::string& problem :
+       {match.problem(), relative_pose.problem(), scale_fit.problem(), absolute_pose.problem(),
+        start_problem(start), keyframe_problem(keyframe), landmark_problem(landmark),
+        edge_problem(edge), filter_problem(filter), lost_problem(lost)})
+    if (!problem.empty()) return problem;
+  return "";
+}
+
+}  // namespace eifmap

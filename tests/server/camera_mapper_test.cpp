@@ -9,7 +9,7 @@
 #include "convert/feature_message.h"
 #include "convert/image_message.h"
 #include "features/front_end.h"
-#include "server/synthetic_stream.h"
+#include "support/feature_world.h"
 
 namespace eifmap {
 namespace {

@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "server/synthetic_stream.h"
+#include "support/feature_world.h"
 
 namespace eifmap {
 namespace {

@@ -12,7 +12,7 @@
 #include "convert/feature_message.h"
 #include "convert/map_assembler.h"
 #include "convert/status_message.h"
-#include "server/synthetic_stream.h"
+#include "support/feature_world.h"
 
 namespace eifmap {
 namespace {

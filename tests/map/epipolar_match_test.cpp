@@ -1,0 +1,73 @@
+#include "map/epipolar_match.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "geometry/triangulation.h"
+#include "support/map_scene.h"
+
+namespace eifmap::test {
+namespace {
+
+// Matches of all features of Omega_m of two views of one world.
+struct Pair {
+  ObservedFrame i, j;
+  std::vector<Match> matches;
+};
+
+Pair match_views(const SyntheticStream& world, const Rigid3& pose_i, const Rigid3& pose_j) {
+  Pair pair{observed_view(world, 0, pose_i), observed_view(world, 1, pose_j), {}};
+  pair.matches = match_along_epipolar_lines(pair.i, pair.i.omega_m.index, pair.j,
+                                            pair.j.omega_m.index, pose_i, pose_j, {});
+  return pair;
+}
+
+TEST(EpipolarMatch, FindsTheTrueMatchesAndNoOthers) {
+  const SyntheticStream world;
+  const Pair pair = match_views(world, scene_pose(0), scene_pose(2));
+  EXPECT_GT(pair.matches.size(), 60u);
+  for (const Match& m : pair.matches) {
+    // In this world a point's response is its name.
+    EXPECT_EQ(pair.i.frame.keypoints[m.a].response, pair.j.frame.keypoints[m.b].response);
+  }
+}
+
+TEST(EpipolarMatch, GivesPointsInFrontOfBothCameras) {
+  const SyntheticStream world(5);
+  const Pair pair = match_views(world, scene_pose(0), scene_pose(3));
+  for (const Match& m : pair.matches) {
+    const Sighting sightings[] = {{scene_pose(0), pair.i.x[m.a], pair.i.sigma[m.a]},
+                                  {scene_pose(3), pair.j.x[m.b], pair.j.sigma[m.b]}};
+    EXPECT_TRUE(triangulate(sightings).valid);
+  }
+}
+
+TEST(EpipolarMatch, UsesEachFeatureOnce) {
+  const SyntheticStream world;
+  const Pair pair = match_views(world, scene_pose(0), scene_pose(1));
+  std::set<int> a, b;
+  for (const Match& m : pair.matches) EXPECT_TRUE(a.insert(m.a).second && b.insert(m.b).second);
+}
+
+TEST(EpipolarMatch, FindsNothingAlongWrongLines) {
+  const SyntheticStream world;
+  const ObservedFrame i = observed_view(world, 0, scene_pose(0));
+  const ObservedFrame j = observed_view(world, 1, scene_pose(2));
+  // As if the camera had moved upwards: the lines run across the true motion.
+  const Rigid3 wrong({1, 0, 0, 0}, {0, 1, 0});
+  const auto matches = match_along_epipolar_lines(i, i.omega_m.index, j, j.omega_m.index,
+                                                  scene_pose(0), wrong, {});
+  EXPECT_LT(matches.size(), 15u);
+}
+
+TEST(EpipolarMatch, RefusesCoincidingCentres) {
+  const SyntheticStream world;
+  const ObservedFrame i = observed_view(world, 0, scene_pose(0));
+  EXPECT_THROW(match_along_epipolar_lines(i, i.omega_m.index, i, i.omega_m.index, scene_pose(0),
+                                          scene_pose(0), {}),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace eifmap::test

@@ -1,0 +1,53 @@
+// A client that adds up the updates holds the map.
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "mapper.h"
+#include "support/feature_world.h"
+
+namespace eifmap::test {
+namespace {
+
+TEST(MapNews, UpdatesAddUpToTheMap) {
+  const SyntheticStream world;
+  Mapper mapper(synthetic_camera(), {});
+  std::map<std::int64_t, KeyframeView> keyframes;
+  std::map<std::int64_t, LandmarkView> landmarks;
+  std::int64_t seq = -1;
+  int updates = 0;
+  for (int i = 0; i < 60; ++i) {
+    const FrameResult result =
+        mapper.process(world.view(i, {so3_exp({0, 0.002 * i, 0}), {0.1 * i, 0, 0}}));
+    if (!result.map_updated) continue;
+    ++updates;
+    const MapUpdate update = mapper.map_update();
+    EXPECT_EQ(update.base_seq, seq);
+    EXPECT_GT(update.seq, seq);
+    seq = update.seq;
+    for (const KeyframeView& k : update.keyframes) keyframes[k.id] = k;
+    for (const LandmarkView& l : update.landmarks) landmarks[l.id] = l;
+    for (const std::int64_t id : update.removed_landmarks) EXPECT_EQ(landmarks.erase(id), 1u);
+    for (const ObservationView& o : update.observations) {
+      EXPECT_TRUE(keyframes.contains(o.keyframe));
+      EXPECT_TRUE(landmarks.contains(o.landmark));
+    }
+    ASSERT_EQ(static_cast<std::int64_t>(keyframes.size()), mapper.statistics().keyframes);
+    ASSERT_EQ(static_cast<std::int64_t>(landmarks.size()), mapper.statistics().landmarks);
+  }
+  EXPECT_GT(updates, 5);
+
+  // Placed by its keyframe, each landmark is where the mapper has one (to the update's threshold).
+  const std::vector<MapPoint> points = mapper.map_points();
+  ASSERT_EQ(points.size(), landmarks.size());
+  std::size_t k = 0;
+  for (const auto& [id, landmark] : landmarks) {
+    const Eigen::Vector3d position =
+        keyframes.at(landmark.anchor).map_from_camera * landmark.position_in_anchor;
+    EXPECT_LT((position - points[k].position).norm(), 0.03 * points[k].position.norm()) << id;
+    ++k;
+  }
+}
+
+}  // namespace
+}  // namespace eifmap::test

@@ -1,0 +1,145 @@
+#include "map/map.h"
+
+#include <gtest/gtest.h>
+
+#include "map/keyframe_insertion.h"
+#include "support/map_scene.h"
+
+namespace eifmap::test {
+namespace {
+
+// Every link is there from both sides, and the filter holds exactly the landmarks' sights.
+void expect_consistent(const Map& map) {
+  std::size_t sights = 0, landmarks = 0;
+  for (int t = 0; t < map.num_tracks(); ++t) {
+    const Track& track = map.track(t);
+    for (std::size_t k = 0; k < track.sights.size(); ++k) {
+      const Sight& s = track.sights[k];
+      EXPECT_EQ(map.keyframe(s.keyframe).track[s.keypoint], t);
+      if (k > 0) EXPECT_LT(track.sights[k - 1].keyframe, s.keyframe);
+    }
+    if (!track.is_landmark()) continue;
+    ++landmarks;
+    sights += track.sights.size();
+    EXPECT_EQ(map.filter().landmark(track.landmark).measurements.size(), track.sights.size());
+  }
+  EXPECT_EQ(map.num_landmarks(), static_cast<int>(landmarks));
+  EXPECT_EQ(map.filter().num_measurements(), sights);
+  for (int k = 0; k < map.num_keyframes(); ++k)
+    for (std::size_t i = 0; i < map.keyframe(k).track.size(); ++i)
+      if (const int t = map.keyframe(k).track[i]; t != kNoTrack)
+        EXPECT_TRUE(std::any_of(map.track(t).sights.begin(), map.track(t).sights.end(),
+                                [&](const Sight& s) {
+                                  return s.keyframe == k && s.keypoint == static_cast<int>(i);
+                                }));
+}
+
+// Landmarks from true poses: extend_tracks needs neighbours, which need landmarks.
+Map scene_with_landmarks(const SyntheticStream& world, int keyframes) {
+  MapperOptions options;
+  Map map = make_scene(world, keyframes, options);
+  const auto& first = map.keyframe(0).observed;
+  const auto& second = map.keyframe(1).observed;
+  for (const Match& m : match(first.omega_m, second.omega_m, options.match)) {
+    const int track = map.add_track({0, m.a});
+    map.add_sight(track, {1, m.b});
+    for (int k = 2; k < keyframes; ++k)
+      for (int keypoint : map.keyframe(k).observed.omega_m.index)
+        if (map.keyframe(k).observed.frame.keypoints[keypoint].response ==
+            first.frame.keypoints[m.a].response)
+          map.add_sight(track, {k, keypoint});
+    const Eigen::Vector3d point =
+        scene_pose(0) * (first.x[m.a].homogeneous() * 6).eval();
+    map.promote(track, point, Eigen::Matrix3d::Identity());
+  }
+  return map;
+}
+
+TEST(Map, StaysConsistentThroughItsLife) {
+  const SyntheticStream world;
+  MapperOptions options;
+  Map map = scene_with_landmarks(world, 5);
+  expect_consistent(map);
+  EXPECT_EQ(map.update().reason, Reason::kNone);
+  expect_consistent(map);
+  for (int k = 1; k < 5; ++k) extend_tracks(map, k, options);
+  expect_consistent(map);
+  map.update();
+  for (int t = 0; t < map.num_tracks(); t += 3) map.remove_track(t);
+  expect_consistent(map);
+  for (int t = 1; t < map.num_tracks(); t += 3)
+    if (!map.track(t).sights.empty()) map.remove_sight(t, map.track(t).sights.back().keyframe);
+  expect_consistent(map);
+}
+
+TEST(Map, RefusesASecondSightInAKeyframeAndASecondTrackOfAKeypoint) {
+  const SyntheticStream world;
+  Map map = make_scene(world, 2);
+  const std::vector<int>& m0 = map.keyframe(0).observed.omega_m.index;
+  const std::vector<int>& m1 = map.keyframe(1).observed.omega_m.index;
+  const int a = map.add_track({0, m0[0]}), b = map.add_track({0, m0[1]});
+  EXPECT_FALSE(map.add_sight(a, {0, m0[2]}));
+  EXPECT_TRUE(map.add_sight(a, {1, m1[0]}));
+  EXPECT_FALSE(map.add_sight(b, {1, m1[0]}));
+}
+
+TEST(Map, AWrongSightDoesNotKeepACandidateFromBecomingALandmark) {
+  const SyntheticStream world;
+  MapperOptions options;
+  Map map = scene_with_landmarks(world, 5);
+  map.update();
+  // A candidate through keyframes 0 to 3 whose sight in keyframe 1 is another feature; keyframe 4
+  // then extends it.
+  const auto response = [&](int k, int keypoint) {
+    return map.keyframe(k).observed.frame.keypoints[keypoint].response;
+  };
+  int tried = 0;
+  for (int t = 0; t < map.num_tracks() && tried < 10; ++t) {
+    if (map.track(t).sights.size() < 5) continue;
+    const std::vector<Sight> sights = map.track(t).sights;
+    const float name = response(0, sights[0].keypoint);
+    map.remove_track(t);
+    int wrong = -1;
+    for (int keypoint : map.keyframe(1).observed.omega_m.index)
+      if (map.keyframe(1).track[keypoint] == kNoTrack && response(1, keypoint) != name)
+        wrong = keypoint;
+    ASSERT_GE(wrong, 0);
+    const int candidate = map.add_track(sights[0]);
+    ASSERT_TRUE(map.add_sight(candidate, {1, wrong}));
+    ASSERT_TRUE(map.add_sight(candidate, sights[2]));
+    ASSERT_TRUE(map.add_sight(candidate, sights[3]));
+    extend_tracks(map, 4, options);
+    EXPECT_TRUE(map.track(candidate).is_landmark());
+    EXPECT_TRUE(std::none_of(map.track(candidate).sights.begin(), map.track(candidate).sights.end(),
+                             [](const Sight& s) { return s.keyframe == 1; }) ||
+                response(1, map.track(candidate).sights[1].keypoint) == name);
+    ++tried;
+  }
+  EXPECT_EQ(tried, 10);
+}
+
+TEST(Map, AKeyframeIsNotBuiltOnSand) {
+  const SyntheticStream world;
+  Map map = scene_with_landmarks(world, 5);
+  map.update();
+  MapperOptions options;
+  const ObservedFrame observed = observed_view(world, 9, scene_pose(6));
+  Tracking tracking;
+  tracking.reason = Reason::kNone;
+  tracking.reference = 4;
+  tracking.world_from_camera = scene_pose(6);
+  tracking.covariance = 1e-6 * Eigen::Matrix<double, 6, 6>::Identity();
+  for (int t = 0; t < map.num_tracks(); ++t)
+    if (map.track(t).is_landmark()) tracking.sights.push_back({t, 0});
+  ASSERT_GT(static_cast<int>(tracking.sights.size()), options.keyframe.min_inliers);
+  EXPECT_TRUE(wants_keyframe(map, observed, tracking, options));
+  Tracking uncertain = tracking;  // half a unit, with a baseline of one
+  uncertain.covariance *= 0.25e6;
+  EXPECT_FALSE(wants_keyframe(map, observed, uncertain, options));
+  Tracking few = tracking;
+  few.sights.resize(static_cast<std::size_t>(options.keyframe.min_inliers) - 1);
+  EXPECT_FALSE(wants_keyframe(map, observed, few, options));
+}
+
+}  // namespace
+}  // namespace eifmap::test
