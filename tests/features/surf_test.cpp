@@ -76,9 +76,9 @@ TEST(Surf, DescriptorsAreUnitVectorsOfBytes) {
   ASSERT_FALSE(features.keypoints.empty());
   for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
     const std::int8_t* row = &features.descriptors[i * kDescriptorSize];
-    int squares = 0;
+    double squares = 0;
     for (int k = 0; k < kDescriptorSize; ++k) {
-      const auto x = static_cast<int>(row[k]);
+      const double x = row[k];
       EXPECT_GE(x, -127);
       EXPECT_LE(x, 127);
       squares += x * x;
