@@ -1,6 +1,7 @@
 #include "features/image_pyramid.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <stdexcept>
 
@@ -20,9 +21,10 @@ void halve(const float* __restrict a, const float* __restrict b, const float* __
            const float* __restrict d, int count, float* __restrict column, float* __restrict to) {
   for (int x = 0; x < 2 * count + 2; ++x)
     column[x] = (a[x - 1] + d[x - 1]) + 3.0f * (b[x - 1] + c[x - 1]);
-  for (int x = 0; x < count; ++x)
-    to[x] = (1.0f / 64) *
-            ((column[2 * x] + column[2 * x + 3]) + 3.0f * (column[2 * x + 1] + column[2 * x + 2]));
+  for (int x = 0; x < count; ++x) {
+    const float* at = column + std::ptrdiff_t{2} * x;
+    to[x] = (1.0f / 64) * ((at[0] + at[3]) + 3.0f * (at[1] + at[2]));
+  }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "features/matcher.h"
 
+#include <cstddef>
 #include <limits>
 
 #include "features/vector_clones.h"
@@ -39,7 +40,7 @@ EIFMAP_VECTOR_CLONES
 void distances(const std::int8_t* __restrict from, const std::int8_t* __restrict to, int count,
                int* __restrict result) {
   for (int k = 0; k < count; ++k) {
-    const std::int8_t* b = to + k * kDescriptorSize;
+    const std::int8_t* b = to + std::ptrdiff_t{kDescriptorSize} * k;
     int sum = 0;
     for (int i = 0; i < kDescriptorSize; ++i) {
       const short d = static_cast<short>(from[i] - b[i]);

@@ -35,7 +35,8 @@ PointGrid::PointGrid(std::span<const Eigen::Vector2d> points, double cell)
 
   const auto bucket = [this](const Eigen::Vector2d& p) {
     const Eigen::Vector2d q = (p - origin_) / cell_;
-    return static_cast<std::size_t>(static_cast<int>(q.y()) * columns_ + static_cast<int>(q.x()));
+    return static_cast<std::size_t>(q.y()) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(q.x());
   };
   start_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1, 0);
   for (const Eigen::Vector2d& p : points_) ++start_[bucket(p) + 1];
@@ -59,7 +60,8 @@ void PointGrid::near(const Eigen::Vector2d& x, double radius, std::vector<int>& 
   const int last_row = std::min(rows_ - 1, column_or_row(d.y() + radius, rows_));
   for (int row = first_row; row <= last_row; ++row)
     for (int column = first_column; column <= last_column; ++column) {
-      const std::size_t c = static_cast<std::size_t>(row * columns_ + column);
+      const std::size_t c = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                            static_cast<std::size_t>(column);
       for (int k = start_[c]; k < start_[c + 1]; ++k) {
         const int i = order_[static_cast<std::size_t>(k)];
         if ((points_[static_cast<std::size_t>(i)] - x).squaredNorm() <= radius * radius)

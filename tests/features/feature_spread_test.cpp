@@ -13,6 +13,7 @@ std::vector<Contender> random_contenders(int count, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> unit(0, 1);
   std::vector<Contender> contenders;
+  contenders.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i)
     contenders.push_back(
         {640 * unit(random), 480 * unit(random), 0.01f + unit(random), random() % 2 == 0 ? 1 : -1});
@@ -43,6 +44,7 @@ TEST(FeatureSpread, ADominantCornerLeavesRoomForTheRest) {
 
 TEST(FeatureSpread, WithinATileAndSignTheStrongestWin) {
   std::vector<Contender> contenders;
+  contenders.reserve(10);
   for (int i = 0; i < 10; ++i) contenders.push_back({5, 5, 0.1f * static_cast<float>(i + 1), 1});
   EXPECT_EQ(spread(contenders, 640, 480, 3), (std::vector<std::size_t>{9, 8, 7}));
 }

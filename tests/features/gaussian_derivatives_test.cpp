@@ -30,7 +30,8 @@ class GaussianDerivativesOf : public ::testing::TestWithParam<Case> {};
 
 // A Gaussian blob smoothed by a Gaussian is a wider one, whose derivatives are known.
 TEST_P(GaussianDerivativesOf, AGaussianBlob) {
-  const auto [blob, sigma, dx, dy] = GetParam();
+  const double blob = GetParam().blob, sigma = GetParam().sigma;
+  const double dx = GetParam().dx, dy = GetParam().dy;
   constexpr double kCentreU = 90.3, kCentreV = 85.8, kHeight = 180;
   const cv::Mat image = testing::render(180, 170, [&](double x, double y) {
     const double r = std::hypot(x - kCentreU, y - kCentreV) / blob;

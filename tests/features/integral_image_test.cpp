@@ -51,7 +51,7 @@ TEST(IntegralImage, BoxesAreRightWhereTheWholeSumOverflows) {
 TEST(IntegralImage, RefusesOtherImages) {
   EXPECT_THROW(IntegralImage(cv::Mat(10, 10, CV_8UC3)), std::invalid_argument);
   EXPECT_THROW(IntegralImage(cv::Mat(10, 10, CV_16UC1)), std::invalid_argument);
-  EXPECT_THROW(IntegralImage(cv::Mat()), std::invalid_argument);
+  EXPECT_THROW(IntegralImage{cv::Mat()}, std::invalid_argument);
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ TEST(Match, TiesGoToTheLowerIndex) {
     b.descriptors.insert(b.descriptors.end(), a.descriptors.begin(), a.descriptors.end());
     ++b.descriptors[k * kDescriptorSize + k];  // all three at distance 1
   }
-  ++b.descriptors[2 * kDescriptorSize];  // the third at 2
+  ++b.descriptors[std::size_t{2} * kDescriptorSize];  // the third at 2
   MatchOptions options;
   options.max_ratio = 1;
   options.mutual = false;

@@ -15,6 +15,7 @@ std::vector<Vector2d> random_points(int count, double size, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-size, size);
   std::vector<Vector2d> points;
+  points.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) points.emplace_back(place(random), place(random) / 3);
   return points;
 }

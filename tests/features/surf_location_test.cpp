@@ -96,8 +96,8 @@ TEST(SurfPair, OfKnownHomographyIsFoundAgain) {
     a_from_b << zoom * std::cos(angle), -zoom * std::sin(angle), 8 * uniform(random),
         zoom * std::sin(angle), zoom * std::cos(angle), 8 * uniform(random), 1e-4 * uniform(random),
         1e-4 * uniform(random), 1;
-    centre(0, 2) = kWidth / 2;
-    centre(1, 2) = kHeight / 2;
+    centre(0, 2) = 0.5 * kWidth;
+    centre(1, 2) = 0.5 * kHeight;
     a_from_b = centre * a_from_b * centre.inverse();
     const testing::Texture texture(seed);
     const FeatureFrame a = frame_of(

@@ -75,17 +75,16 @@ TEST(Surf, DescriptorsAreUnitVectorsOfBytes) {
   const Features features = SurfExtractor().extract(textured(320, 240, 4));
   ASSERT_FALSE(features.keypoints.empty());
   for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
-    int squares = 0;
+    const std::int8_t* row = &features.descriptors[i * kDescriptorSize];
+    double squares = 0;
     for (int k = 0; k < kDescriptorSize; ++k) {
-      const int x = features.descriptors[i * kDescriptorSize + static_cast<std::size_t>(k)];
+      const double x = row[k];
       EXPECT_GE(x, -127);
       EXPECT_LE(x, 127);
       squares += x * x;
       // Sums of absolute values: at odd places, and no smaller than the plain sums before them.
       if (k % 2 == 1) {
-        EXPECT_GE(
-            x + 1,
-            std::abs(features.descriptors[i * kDescriptorSize + static_cast<std::size_t>(k - 1)]));
+        EXPECT_GE(x + 1, std::abs(int{row[k - 1]}));
       }
     }
     EXPECT_NEAR(std::sqrt(squares), 254, 6);
