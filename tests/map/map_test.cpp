@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "map/keyframe_insertion.h"
 #include "support/map_scene.h"
 
@@ -16,7 +18,9 @@ void expect_consistent(const Map& map) {
     for (std::size_t k = 0; k < track.sights.size(); ++k) {
       const Sight& s = track.sights[k];
       EXPECT_EQ(map.keyframe(s.keyframe).track[s.keypoint], t);
-      if (k > 0) EXPECT_LT(track.sights[k - 1].keyframe, s.keyframe);
+      if (k > 0) {
+        EXPECT_LT(track.sights[k - 1].keyframe, s.keyframe);
+      }
     }
     if (!track.is_landmark()) continue;
     ++landmarks;
@@ -26,12 +30,14 @@ void expect_consistent(const Map& map) {
   EXPECT_EQ(map.num_landmarks(), static_cast<int>(landmarks));
   EXPECT_EQ(map.filter().num_measurements(), sights);
   for (int k = 0; k < map.num_keyframes(); ++k)
-    for (std::size_t i = 0; i < map.keyframe(k).track.size(); ++i)
-      if (const int t = map.keyframe(k).track[i]; t != kNoTrack)
-        EXPECT_TRUE(std::any_of(map.track(t).sights.begin(), map.track(t).sights.end(),
-                                [&](const Sight& s) {
-                                  return s.keyframe == k && s.keypoint == static_cast<int>(i);
-                                }));
+    for (std::size_t i = 0; i < map.keyframe(k).track.size(); ++i) {
+      const int t = map.keyframe(k).track[i];
+      if (t == kNoTrack) continue;
+      const auto& linked = map.track(t).sights;
+      EXPECT_TRUE(std::any_of(linked.begin(), linked.end(), [&](const Sight& s) {
+        return s.keyframe == k && s.keypoint == static_cast<int>(i);
+      }));
+    }
 }
 
 // Landmarks from true poses: extend_tracks needs neighbours, which need landmarks.
@@ -49,7 +55,7 @@ Map scene_with_landmarks(const SyntheticStream& world, int keyframes) {
             first.frame.keypoints[m.a].response)
           map.add_sight(track, {k, keypoint});
     const Eigen::Vector3d point =
-        scene_pose(0) * (first.x[m.a].homogeneous() * 6).eval();
+        scene_pose(0) * Eigen::Vector3d(6 * Eigen::Vector3d(first.x[m.a].homogeneous()));
     map.promote(track, point, Eigen::Matrix3d::Identity());
   }
   return map;

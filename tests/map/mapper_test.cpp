@@ -110,7 +110,9 @@ TEST(Mapper, BadFramesChangeNothing) {
     }
     FeatureFrame other = frame;
     other.extractor = Extractor::kSift;
-    if (i > 0) EXPECT_EQ(disturbed.process(other).reason, Reason::kUnknownExtractor);
+    if (i > 0) {
+      EXPECT_EQ(disturbed.process(other).reason, Reason::kUnknownExtractor);
+    }
     ASSERT_TRUE(same(clean.process(frame), disturbed.process(frame))) << i;
   }
   EXPECT_EQ(disturbed.statistics().rejected, 6 + 24 * 8);

@@ -28,8 +28,9 @@ TEST(RelativeEdge, SpendsEachMeasurementOnceAndOnlyOmegaP) {
   EXPECT_EQ(spent(map, 1), first + spent(map, 2));
   for (int k = 0; k < 4; ++k)
     for (std::size_t i = 0; i < map.keyframe(k).spent.size(); ++i)
-      if (map.keyframe(k).spent[i])
+      if (map.keyframe(k).spent[i]) {
         EXPECT_EQ(map.keyframe(k).observed.frame.keypoints[i].laplacian_sign, -options.map_sign);
+      }
   EXPECT_EQ(map.filter().num_edges(), 2);
 }
 
