@@ -18,11 +18,11 @@ enum class Extractor : std::int16_t { kSurfUpright = 1, kSurfOriented = 2, kSift
 
 // One blob in an image.
 struct Keypoint {
-  float u = 0, v = 0;      // px, raw (distorted); the centre of the top-left pixel is (0, 0)
-  float sigma_px = 1;      // px, standard deviation of (u, v), each axis
-  float scale = 1;         // px, sigma of the blob
-  float angle = 0;         // rad, +u towards +v; 0 when upright
-  float response = 0;      // determinant of the Hessian, normalized by scale
+  float u = 0, v = 0;  // px, raw (distorted); the centre of the top-left pixel is (0, 0)
+  float sigma_px = 1;  // px, standard deviation of (u, v), each axis
+  float scale = 1;     // px, sigma of the blob
+  float angle = 0;     // rad, +u towards +v; 0 when upright
+  float response = 0;  // determinant of the Hessian, normalized by scale
   std::int8_t laplacian_sign = 0;  // sign of Lxx + Lyy: -1 bright blob on dark, +1 dark on bright
 };
 
@@ -36,8 +36,8 @@ struct FeatureFrame {
   int width = 0, height = 0;  // px
   Extractor extractor = Extractor::kSurfUpright;
   std::int16_t extractor_version = 1;
-  std::vector<Keypoint> keypoints;        // sorted by response falling, then v, then u
-  std::vector<std::int8_t> descriptors;   // kDescriptorSize bytes per keypoint, row-major
+  std::vector<Keypoint> keypoints;       // sorted by response falling, then v, then u
+  std::vector<std::int8_t> descriptors;  // kDescriptorSize bytes per keypoint, row-major
 };
 
 }  // namespace eifmap

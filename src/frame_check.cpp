@@ -7,7 +7,8 @@ namespace {
 
 const char* keypoint_problem(const Keypoint& k, const FeatureFrame& frame) {
   // A feature may lie half a pixel outside the outermost pixels' centres.
-  if (!(k.u >= -0.5f && k.u <= static_cast<float>(frame.width) - 0.5f)) return "u outside the image";
+  if (!(k.u >= -0.5f && k.u <= static_cast<float>(frame.width) - 0.5f))
+    return "u outside the image";
   if (!(k.v >= -0.5f && k.v <= static_cast<float>(frame.height) - 0.5f))
     return "v outside the image";
   if (!(k.sigma_px > 0 && std::isfinite(k.sigma_px))) return "sigma_px not positive";

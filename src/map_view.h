@@ -16,11 +16,11 @@ namespace eifmap {
 enum class TrackingState : std::int8_t { kWaiting = 0, kStarting = 1, kTracking = 2, kLost = 3 };
 enum class PoseSource : std::int8_t {
   kNone = 0,
-  kScaleFit = 1,     // relative pose + scale fit against the map ([WD10] III)
-  kMapOnly = 2,      // from the map alone: too little baseline for a relative pose
-  kPnp = 3,          // fallback
+  kScaleFit = 1,  // relative pose + scale fit against the map ([WD10] III)
+  kMapOnly = 2,   // from the map alone: too little baseline for a relative pose
+  kPnp = 3,       // fallback
   kRelocalized = 4,
-  kStartSet = 5,     // one of the first images
+  kStartSet = 5,  // one of the first images
 };
 enum class CovarianceStatus : std::int8_t { kNone = 0, kValid = 1, kOptimistic = 2 };
 
@@ -31,16 +31,16 @@ struct FrameResult {
   TrackingState state = TrackingState::kWaiting;
   PoseSource source = PoseSource::kNone;
   Reason reason = Reason::kNone;
-  std::string detail;                      // the reason's numbers, in words
-  Rigid3 map_from_camera;                  // valid while state is kTracking
+  std::string detail;      // the reason's numbers, in words
+  Rigid3 map_from_camera;  // valid while state is kTracking
   CovarianceStatus covariance_status = CovarianceStatus::kNone;
   // Of (centre in map, rotation vector in the camera's frame): the wire's order.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  std::int64_t reference_keyframe = -1;    // map_from_camera = map_from_reference * the next
+  std::int64_t reference_keyframe = -1;  // map_from_camera = map_from_reference * the next
   Rigid3 reference_from_camera;
   int num_matches = 0, num_inliers = 0;
-  bool rejected = false;                   // bad input: the map is untouched
-  bool map_updated = false;                // Mapper::map_update() has news
+  bool rejected = false;     // bad input: the map is untouched
+  bool map_updated = false;  // Mapper::map_update() has news
 };
 
 struct KeyframeView {
@@ -49,8 +49,8 @@ struct KeyframeView {
 };
 
 struct LandmarkView {
-  std::int64_t id = 0, anchor = 0;          // anchor: a keyframe's id
-  Eigen::Vector3d position_in_anchor;       // so that a correction moves keyframes only
+  std::int64_t id = 0, anchor = 0;     // anchor: a keyframe's id
+  Eigen::Vector3d position_in_anchor;  // so that a correction moves keyframes only
   int laplacian_sign = 0;
   int num_observations = 0;
 };
@@ -63,9 +63,9 @@ struct ObservationView {
 // What changed since the last update.
 struct MapUpdate {
   std::int64_t map_id = 0, map_epoch = 0;
-  std::int64_t seq = 0, base_seq = -1;     // after and before this update; base -1: a whole map
-  std::vector<KeyframeView> keyframes;     // new or moved
-  std::vector<LandmarkView> landmarks;     // new or moved in their anchor's frame
+  std::int64_t seq = 0, base_seq = -1;  // after and before this update; base -1: a whole map
+  std::vector<KeyframeView> keyframes;  // new or moved
+  std::vector<LandmarkView> landmarks;  // new or moved in their anchor's frame
   std::vector<std::int64_t> removed_landmarks;
   std::vector<ObservationView> observations;  // of the new keyframes
 };
@@ -82,8 +82,8 @@ struct MapPoint {
 };
 
 struct MapperStatistics {
-  std::int64_t frames = 0;      // processed, rejected ones left out
-  std::int64_t tracked = 0;     // with a pose at the time
+  std::int64_t frames = 0;   // processed, rejected ones left out
+  std::int64_t tracked = 0;  // with a pose at the time
   std::int64_t keyframes = 0, landmarks = 0, observations = 0, edges = 0;  // in the current map
   std::int64_t starts = 0, losses = 0, rejected = 0;
   std::map<PoseSource, std::int64_t> sources;

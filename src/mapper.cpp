@@ -48,9 +48,9 @@ struct LiveMap {
   Map map;
   MapNews news;
   TrajectoryLog log;
-  int reference = 0;      // keyframe that frames are related to
-  Rigid3 last;            // pose of the last tracked frame
-  int next_to_try = 0;    // keyframe: relocalization goes round all of them
+  int reference = 0;    // keyframe that frames are related to
+  Rigid3 last;          // pose of the last tracked frame
+  int next_to_try = 0;  // keyframe: relocalization goes round all of them
 };
 
 // A map that was given up: what is left of it.
@@ -63,8 +63,7 @@ FinishedMap finish(const LiveMap& live) {
   FinishedMap finished;
   finished.trajectory = live.log.in(live.map);
   for (int k = 0; k < live.map.num_keyframes(); ++k)
-    finished.keyframes.push_back(
-        {live.map.keyframe(k).observed.frame.time_us, live.map.pose(k)});
+    finished.keyframes.push_back({live.map.keyframe(k).observed.frame.time_us, live.map.pose(k)});
   for (int t = 0; t < live.map.num_tracks(); ++t) {
     const Track& track = live.map.track(t);
     if (!track.is_landmark()) continue;
@@ -145,8 +144,7 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
   }
   if (live) {
     FinishedMap old = finish(*live);
-    if (!finished || old.trajectory.size() > finished->trajectory.size())
-      finished = std::move(old);
+    if (!finished || old.trajectory.size() > finished->trajectory.size()) finished = std::move(old);
   }
   live.emplace(std::move(begun.started->map));
   ++map_id;
@@ -219,9 +217,8 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   Map& map = live->map;
   live->last = tracking.world_from_camera;
   live->reference = better_reference(map, tracking);
-  map.keyframe(tracking.reference).num_tracked =
-      std::max(map.keyframe(tracking.reference).num_tracked,
-               static_cast<int>(tracking.sights.size()));
+  map.keyframe(tracking.reference).num_tracked = std::max(
+      map.keyframe(tracking.reference).num_tracked, static_cast<int>(tracking.sights.size()));
   result.state = TrackingState::kTracking;
   result.source = tracking.source;
   result.map_from_camera = tracking.world_from_camera;
@@ -311,8 +308,7 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     ObservedFrame observed;
     {
       const Step step(state.observer, "observe");
-      observed = observe(frame, state.camera, state.options.map_sign,
-                         state.options.sigma_factor);
+      observed = observe(frame, state.camera, state.options.map_sign, state.options.sigma_factor);
     }
     if (!state.live)
       state.start_map(std::move(observed), result);
@@ -333,7 +329,9 @@ MapUpdate Mapper::map_update() {
   return update;
 }
 
-const MapperStatistics& Mapper::statistics() const { return state_->statistics; }
+const MapperStatistics& Mapper::statistics() const {
+  return state_->statistics;
+}
 
 std::vector<TimedPose> Mapper::final_trajectory() const {
   FinishedMap scratch;
@@ -353,6 +351,8 @@ std::vector<MapPoint> Mapper::map_points() const {
   return map ? map->points : std::vector<MapPoint>();
 }
 
-void Mapper::set_step_observer(StepObserver observer) { state_->observer = std::move(observer); }
+void Mapper::set_step_observer(StepObserver observer) {
+  state_->observer = std::move(observer);
+}
 
 }  // namespace eifmap

@@ -21,8 +21,8 @@ class Mapper {
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;
 
-  // One frame. Bad input comes back as rejected with its reason and changes nothing. A pure function
-  // of the frames so far: no clock, no threads.
+  // One frame. Bad input comes back as rejected with its reason and changes nothing. A pure
+  // function of the frames so far: no clock, no threads.
   FrameResult process(const FeatureFrame& frame);
 
   // What changed since the last call; the first one after a new map is a whole map.
@@ -36,8 +36,8 @@ class Mapper {
   std::vector<TimedPose> keyframe_trajectory() const;
   std::vector<MapPoint> map_points() const;
 
-  // Called with a step's name at its start and end, for timing from outside: the mapper itself reads
-  // no clock. (name, true) at start, (name, false) at end.
+  // Called with a step's name at its start and end, for timing from outside: the mapper itself
+  // reads no clock. (name, true) at start, (name, false) at end.
   void set_step_observer(std::function<void(std::string_view, bool)> observer);
 
  private:

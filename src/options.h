@@ -18,8 +18,8 @@ struct StartOptions {
   int min_matches = 40;
   // The direction of the first baseline must be this certain: it is the gauge of the whole map.
   double max_sigma_direction_deg = 1.5;
-  int min_points = 50;               // with ...
-  double max_relative_depth = 0.2;   // ... sigma_Z / Z below this
+  int min_points = 50;              // with ...
+  double max_relative_depth = 0.2;  // ... sigma_Z / Z below this
   // Frames since the anchor kept to be posed backwards; older anchors are given up.
   int max_frames = 300;
 };
@@ -29,16 +29,16 @@ struct KeyframeOptions {
   double max_baseline_ratio = 0.05;  // baseline / median depth above this: a new keyframe
   // With fewer tracked landmarks than this the map needs new ones soon: half the baseline will do.
   int few_tracked = 120;
-  int min_inliers = 25;              // below this a keyframe would be built on sand
+  int min_inliers = 25;  // below this a keyframe would be built on sand
 };
 
 struct LandmarkOptions {
-  int neighbours = 4;                 // previous keyframes matched; one alone cost 1.32 m for .77
-  double min_parallax_deg = 1.0;      // of the widest pair of views
-  double max_relative_depth = 0.25;   // sigma_Z / Z to enter the filter
-  double max_error = 3.0;             // whitened reprojection error in each view
-  int min_views = 3;                  // two and a third that agrees
-  double search_radius_px = 8;        // guided search around the predicted pixel
+  int neighbours = 4;                // previous keyframes matched; one alone cost 1.32 m for .77
+  double min_parallax_deg = 1.0;     // of the widest pair of views
+  double max_relative_depth = 0.25;  // sigma_Z / Z to enter the filter
+  double max_error = 3.0;            // whitened reprojection error in each view
+  int min_views = 3;                 // two and a third that agrees
+  double search_radius_px = 8;       // guided search around the predicted pixel
 };
 
 // Relative-pose edges: [WD10] II and (6), (7).
@@ -46,28 +46,29 @@ struct EdgeOptions {
   bool enabled = true;
   double max_sigma_direction_deg = 1.5;
   int min_measurements = 50;
-  // Of the matches of a pair, the share that one edge may spend: the rest is left for the next edge,
-  // since a measurement enters one edge only.
+  // Of the matches of a pair, the share that one edge may spend: the rest is left for the next
+  // edge, since a measurement enters one edge only.
   double max_spent_ratio = 0.5;
-  int neighbours = 6;   // keyframes tried where the reference is too near for an edge
+  int neighbours = 6;  // keyframes tried where the reference is too near for an edge
 };
 
 struct FilterOptions {
-  double relinearize_px = 0.1;   // a measurement whose prediction moved further is linearized again
-  int max_iterations = 5;        // of solve and relinearize, per keyframe
-  double gate_sigma = 3.5;       // whitened residual above which a sighting is dropped as an outlier
+  double relinearize_px = 0.1;  // a measurement whose prediction moved further is linearized again
+  int max_iterations = 5;       // of solve and relinearize, per keyframe
+  double gate_sigma = 3.5;      // whitened residual above which a sighting is dropped as an outlier
 };
 
 struct LostOptions {
-  int min_inliers = 30;              // to believe a relocalization
-  double new_map_after_s = 2.0;      // lost this long: a new map may start
+  int min_inliers = 30;          // to believe a relocalization
+  double new_map_after_s = 2.0;  // lost this long: a new map may start
 };
 
 struct MapperOptions {
   // The sign whose features make the map (Omega_m); the other's (Omega_p) give relative poses.
   int map_sign = -1;
   // A keypoint's own sigma is that of its place in one image. Seen from elsewhere a blob looks
-  // different: measured on real pairs, matches that fit the epipolar geometry scatter by twice that.
+  // different: measured on real pairs, matches that fit the epipolar geometry scatter by twice
+  // that.
   double sigma_factor = 2.0;
   MatchOptions match;
   RelativePoseOptions relative_pose;

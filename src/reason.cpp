@@ -18,8 +18,8 @@ constexpr std::array kTexts{
     ReasonText{Reason::kDirectionUncertain, "DIRECTION_UNCERTAIN",
                "the direction of motion is not yet certain enough",
                "move on, sideways by preference"},
-    ReasonText{Reason::kTooFewPoints, "TOO_FEW_POINTS",
-               "too few points have a certain depth", "move on, sideways by preference"},
+    ReasonText{Reason::kTooFewPoints, "TOO_FEW_POINTS", "too few points have a certain depth",
+               "move on, sideways by preference"},
     ReasonText{Reason::kPlanarScene, "PLANAR_SCENE",
                "one plane fills the view and leaves two possible motions",
                "bring things at different depths into view"},
@@ -47,8 +47,7 @@ constexpr std::array kTexts{
     ReasonText{Reason::kCalibrationMismatch, "CALIBRATION_MISMATCH",
                "the frame names another calibration than the one known",
                "publish the calibration that belongs to these frames"},
-    ReasonText{Reason::kBadImageSize, "BAD_IMAGE_SIZE",
-               "the image's size is not the calibration's",
+    ReasonText{Reason::kBadImageSize, "BAD_IMAGE_SIZE", "the image's size is not the calibration's",
                "calibrate at the size that is published"},
     ReasonText{Reason::kBadPixelFormat, "BAD_PIXEL_FORMAT", "the pixel format is not supported",
                "publish GRAY or MJPEG"},
@@ -77,6 +76,8 @@ const ReasonText& describe(Reason reason) {
   return kTexts[0];
 }
 
-std::span<const ReasonText> all_reasons() { return kTexts; }
+std::span<const ReasonText> all_reasons() {
+  return kTexts;
+}
 
 }  // namespace eifmap

@@ -1,5 +1,5 @@
-// Why something was refused, waited for or lost: one code, one name, one sentence each. The codes go
-// over the wire: never renumber, only add.
+// Why something was refused, waited for or lost: one code, one name, one sentence each. The codes
+// go over the wire: never renumber, only add.
 #pragma once
 
 #include <cstdint>

@@ -26,7 +26,7 @@ struct FilterLandmark {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
   // Given the poses, V^-1, as of the last update or promotion: a lower bound of the marginal.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  std::vector<PointMeasurement> measurements;          // at most one per pose; empty: removed
+  std::vector<PointMeasurement> measurements;  // at most one per pose; empty: removed
 };
 
 struct FilterEdge {

@@ -10,8 +10,8 @@
 namespace eifmap {
 namespace {
 
-// Huber's weight: full to k sigmas, then falling as k / error. The weight is part of the measurement's
-// noise, Q, and is frozen with its Jacobian.
+// Huber's weight: full to k sigmas, then falling as k / error. The weight is part of the
+// measurement's noise, Q, and is frozen with its Jacobian.
 double robust_weight(double error) {
   constexpr double k = 2.0;
   return error <= k ? 1 : k / error;

@@ -1,13 +1,13 @@
 // The sparse extended information filter over all keyframe poses and all features: [WD10] IV.
 //
-// Every measurement keeps its frozen, whitened Jacobian H and the residual r that is left of it at the
-// mean: I = sum H'H, and the mean moves by delta with I delta = sum H'r. That is [WD10] (7) with the
-// constant parts moved to the other side. A measurement is linearized again when its prediction moved
-// by more than a threshold; with the threshold at infinity this is (7) to the letter, at zero it is
-// incremental bundle adjustment.
+// Every measurement keeps its frozen, whitened Jacobian H and the residual r that is left of it at
+// the mean: I = sum H'H, and the mean moves by delta with I delta = sum H'r. That is [WD10] (7)
+// with the constant parts moved to the other side. A measurement is linearized again when its
+// prediction moved by more than a threshold; with the threshold at infinity this is (7) to the
+// letter, at zero it is incremental bundle adjustment.
 //
-// I is never formed whole: features meet poses only, so they are eliminated exactly (Schur complement)
-// and only the poses' matrix is factored.
+// I is never formed whole: features meet poses only, so they are eliminated exactly (Schur
+// complement) and only the poses' matrix is factored.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,10 +26,10 @@ struct FilterUpdate {
   struct Dropped {
     int landmark = 0, pose = 0;
   };
-  Reason reason = Reason::kNone;         // or kFilterFailed: the mean is as before
+  Reason reason = Reason::kNone;  // or kFilterFailed: the mean is as before
   int iterations = 0;
-  std::size_t relinearized = 0;          // measurements, summed over the iterations
-  std::vector<Dropped> dropped;          // sightings that do not fit and were taken out
+  std::size_t relinearized = 0;  // measurements, summed over the iterations
+  std::vector<Dropped> dropped;  // sightings that do not fit and were taken out
   int dropped_edges = 0;
 };
 
@@ -49,8 +49,8 @@ class InformationFilter {
   // False when the covariance cannot be inverted.
   bool add_edge(int i, int j, const RelativePose& pose);
 
-  // Solves, moves the mean, linearizes again what moved, until nothing does; then drops what does not
-  // fit.
+  // Solves, moves the mean, linearizes again what moved, until nothing does; then drops what does
+  // not fit.
   FilterUpdate update();
 
   int num_poses() const { return static_cast<int>(poses_.size()); }
@@ -80,7 +80,7 @@ class InformationFilter {
   std::vector<Rigid3> poses_;
   std::vector<FilterLandmark> landmarks_;
   std::vector<FilterEdge> edges_;
-  ScaleGauge gauge_;     // of the first two poses, as they were at the first update
+  ScaleGauge gauge_;  // of the first two poses, as they were at the first update
   bool has_gauge_ = false;
   BlockMatrix reduced_;  // S, over all poses but the first
   SparseCholesky cholesky_;

@@ -10,8 +10,7 @@ bool make_measurement(const RelativePose& pose, RelativePoseMeasurement& measure
   measurement.i_from_j = pose.i_from_j;
   measurement.direction = pose.direction;
   // Sigma = L L', so L^-1 whitens.
-  measurement.sqrt_information =
-      llt.matrixL().solve(Eigen::Matrix<double, 5, 5>::Identity());
+  measurement.sqrt_information = llt.matrixL().solve(Eigen::Matrix<double, 5, 5>::Identity());
   return measurement.sqrt_information.allFinite();
 }
 

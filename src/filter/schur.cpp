@@ -5,10 +5,12 @@
 namespace eifmap {
 namespace {
 
-int block_of(int pose) { return pose - 1; }
+int block_of(int pose) {
+  return pose - 1;
+}
 
-// V and b of a feature; a trace of damping keeps a feature whose rays are nearly parallel from making
-// V singular, and is far below any information that a sighting brings.
+// V and b of a feature; a trace of damping keeps a feature whose rays are nearly parallel from
+// making V singular, and is far below any information that a sighting brings.
 void sum_landmark(const FilterLandmark& landmark, Eigen::Matrix3d& v, Eigen::Vector3d& b) {
   v.setZero();
   b.setZero();
@@ -126,8 +128,7 @@ Eigen::Vector3d landmark_step(const FilterLandmark& landmark, const Eigen::Vecto
   for (const PointMeasurement& m : landmark.measurements) {
     const int a = block_of(m.pose);
     if (a < 0) continue;
-    b.noalias() -=
-        m.d_landmark.transpose() * (m.d_pose * delta_poses.segment<6>(6 * a)).eval();
+    b.noalias() -= m.d_landmark.transpose() * (m.d_pose * delta_poses.segment<6>(6 * a)).eval();
   }
   return v.llt().solve(b);
 }

@@ -1,4 +1,5 @@
-// The information matrix with the features eliminated exactly: S = P - sum W V^-1 W', over the poses.
+// The information matrix with the features eliminated exactly: S = P - sum W V^-1 W', over the
+// poses.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +10,8 @@
 
 namespace eifmap {
 
-// Which poses meet in S: those that share a feature or an edge. Pose p is block p - 1; pose 0 is the
-// gauge and has none.
+// Which poses meet in S: those that share a feature or an edge. Pose p is block p - 1; pose 0 is
+// the gauge and has none.
 BlockMatrix reduced_pattern(int num_poses, const std::vector<FilterLandmark>& landmarks,
                             const std::vector<FilterEdge>& edges);
 
@@ -19,7 +20,8 @@ void reduce(const std::vector<FilterLandmark>& landmarks, const std::vector<Filt
             BlockMatrix& matrix, Eigen::VectorXd& right_side);
 
 // The gauge's seventh degree of freedom: the first baseline keeps its length along its first
-// direction. Held as firmly as the conditioning allows, for the covariances count the scale as known.
+// direction. Held as firmly as the conditioning allows, for the covariances count the scale as
+// known.
 struct ScaleGauge {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // unit, world
   double length = 1;                                     // map units

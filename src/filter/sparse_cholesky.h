@@ -1,4 +1,5 @@
-// Cholesky factorization of a sparse symmetric matrix of 6x6 blocks. The only file that knows CHOLMOD.
+// Cholesky factorization of a sparse symmetric matrix of 6x6 blocks. The only file that knows
+// CHOLMOD.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,12 +11,12 @@ namespace eifmap {
 inline constexpr int kPoseDof = 6;
 using PoseBlock = Eigen::Matrix<double, kPoseDof, kPoseDof>;
 
-// The upper triangle, in block columns: column a holds the blocks (b, a) with b <= a, rows ascending,
-// the diagonal block last.
+// The upper triangle, in block columns: column a holds the blocks (b, a) with b <= a, rows
+// ascending, the diagonal block last.
 struct BlockMatrix {
-  int size = 0;                // block rows = block columns
-  std::vector<int> start;      // size + 1: blocks of column a are [start[a], start[a + 1])
-  std::vector<int> row;        // block row of each block
+  int size = 0;            // block rows = block columns
+  std::vector<int> start;  // size + 1: blocks of column a are [start[a], start[a + 1])
+  std::vector<int> row;    // block row of each block
   std::vector<PoseBlock> block;
 
   void set_zero();

@@ -25,8 +25,8 @@ struct Best {
   }
 };
 
-// Where x_j lies along the epipolar line of x_i: z_j x_j = z_i h + t with h = R x_i, and rho = 1/z_i in
-// closed form. A match must lie in front of both cameras, within its noise.
+// Where x_j lies along the epipolar line of x_i: z_j x_j = z_i h + t with h = R x_i, and rho =
+// 1/z_i in closed form. A match must lie in front of both cameras, within its noise.
 bool in_front(const Eigen::Vector3d& h, const Eigen::Vector3d& t, const Eigen::Vector2d& x_j,
               double sigma) {
   const Eigen::Vector2d a = t.head<2>() - t.z() * x_j;
@@ -49,8 +49,7 @@ bool convincing(const Best& best, const EpipolarMatchOptions& options) {
 std::vector<Match> match_along_epipolar_lines(const ObservedFrame& frame_i,
                                               const std::vector<int>& i,
                                               const ObservedFrame& frame_j,
-                                              const std::vector<int>& j,
-                                              const Rigid3& world_from_i,
+                                              const std::vector<int>& j, const Rigid3& world_from_i,
                                               const Rigid3& world_from_j,
                                               const EpipolarMatchOptions& options) {
   const Rigid3 j_from_i = world_from_j.inverse() * world_from_i;

@@ -1,5 +1,5 @@
-// Features of two keyframes matched along the epipolar lines that their poses give: far fewer rivals
-// than in the whole image, so that more true matches pass the ratio test.
+// Features of two keyframes matched along the epipolar lines that their poses give: far fewer
+// rivals than in the whole image, so that more true matches pass the ratio test.
 #pragma once
 
 #include <vector>
@@ -16,13 +16,12 @@ struct EpipolarMatchOptions {
   double max_distance = 0.6;  // of descriptors as unit vectors
 };
 
-// `i`, `j`: keypoints that take part, by index in their frames. Mutual best; a: in i, b: in j; sorted
-// by a. The two centres must differ.
+// `i`, `j`: keypoints that take part, by index in their frames. Mutual best; a: in i, b: in j;
+// sorted by a. The two centres must differ.
 std::vector<Match> match_along_epipolar_lines(const ObservedFrame& frame_i,
                                               const std::vector<int>& i,
                                               const ObservedFrame& frame_j,
-                                              const std::vector<int>& j,
-                                              const Rigid3& world_from_i,
+                                              const std::vector<int>& j, const Rigid3& world_from_i,
                                               const Rigid3& world_from_j,
                                               const EpipolarMatchOptions& options);
 

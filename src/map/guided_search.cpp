@@ -60,9 +60,8 @@ std::vector<LandmarkSight> search_landmarks(const Map& map, const ObservedFrame&
     const Sight& latest = map.track(track).sights.back();
     Candidate candidate;
     candidate.track = track;
-    if (best_keypoint(observed,
-                      map.keyframe(latest.keyframe).observed.descriptor(latest.keypoint), near,
-                      options, candidate))
+    if (best_keypoint(observed, map.keyframe(latest.keyframe).observed.descriptor(latest.keypoint),
+                      near, options, candidate))
       candidates.push_back(candidate);
   }
 

@@ -20,8 +20,10 @@ std::vector<Match> edge_matches(const Tracking& tracking) {
 // direction, with the neighbour that is seen from furthest.
 bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
                        const MapperOptions& options) {
-  if (tracking.relative.ok() && add_edge(map, tracking.reference, keyframe, edge_matches(tracking),
-                                         tracking.relative.pose, options.edge))
+  // Where a plane fills the view, the two-view direction may be the plane's other solution.
+  if (tracking.relative.ok() && !tracking.relative.planar &&
+      add_edge(map, tracking.reference, keyframe, edge_matches(tracking), tracking.relative.pose,
+               options.edge))
     return true;
   std::vector<int> neighbours = map.covisible(keyframe, 1 + options.edge.neighbours);
   neighbours.erase(neighbours.begin());
@@ -36,15 +38,14 @@ bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
 }
 
 void cull(Map& map, int newest) {
-  constexpr int kCandidateAge = 8;   // keyframes without news: it will not become a landmark
-  constexpr int kLandmarkAge = 3;    // by then a landmark has its third view
+  constexpr int kCandidateAge = 8;  // keyframes without news: it will not become a landmark
+  constexpr int kLandmarkAge = 3;   // by then a landmark has its third view
   for (int t = 0; t < map.num_tracks(); ++t) {
     const Track& track = map.track(t);
     if (track.sights.empty()) continue;
     const int age = newest - track.sights.back().keyframe;
     const bool stale_candidate = !track.is_landmark() && age > kCandidateAge;
-    const bool weak_landmark =
-        track.is_landmark() && age > kLandmarkAge && track.sights.size() < 3;
+    const bool weak_landmark = track.is_landmark() && age > kLandmarkAge && track.sights.size() < 3;
     if (stale_candidate || weak_landmark) map.remove_track(t);
   }
 }
@@ -87,7 +88,8 @@ Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& trac
   Insertion insertion;
   const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);
   insertion.keyframe = k;
-  for (const LandmarkSight& sight : tracking.sights) map.add_sight(sight.track, {k, sight.keypoint});
+  for (const LandmarkSight& sight : tracking.sights)
+    map.add_sight(sight.track, {k, sight.keypoint});
   if (options.edge.enabled) insertion.edge = add_relative_pose(map, k, tracking, options);
   insertion.new_landmarks = extend_tracks(map, k, options);
   insertion.filter = map.update();

@@ -6,16 +6,16 @@
 
 namespace eifmap {
 
-// Whether the frame should become a keyframe: too little of the reference is left, or the camera has
-// moved far enough to see depth. Never on few inliers or an uncertain place: a map built on sand
-// jumps in scale without a word.
+// Whether the frame should become a keyframe: too little of the reference is left, or the camera
+// has moved far enough to see depth. Never on few inliers or an uncertain place: a map built on
+// sand jumps in scale without a word.
 bool wants_keyframe(const Map& map, const ObservedFrame& observed, const Tracking& tracking,
                     const MapperOptions& options);
 
 struct Insertion {
   int keyframe = 0;
   int new_landmarks = 0;
-  bool edge = false;         // a relative pose entered the filter
+  bool edge = false;  // a relative pose entered the filter
   FilterUpdate filter;
 };
 
@@ -28,13 +28,13 @@ Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& trac
 int extend_tracks(Map& map, int keyframe, const MapperOptions& options);
 
 // One relative-pose edge from the matches of two keyframes, of measurements that no edge has used.
-// `matches`: a in i, b in j; those that fit `start`. False when too few are left or the direction is
-// not certain enough.
+// `matches`: a in i, b in j; those that fit `start`. False when too few are left or the direction
+// is not certain enough.
 bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, RelativePose start,
               const EdgeOptions& options);
 
-// The same for a pair that was not matched yet: the map's poses guide the matching and are the start
-// of the refinement, no part of the measurement.
+// The same for a pair that was not matched yet: the map's poses guide the matching and are the
+// start of the refinement, no part of the measurement.
 bool add_edge_from_map(Map& map, int i, int j, const MapperOptions& options);
 
 }  // namespace eifmap

@@ -30,9 +30,8 @@ bool Map::add_sight(int track, const Sight& sight) {
   Track& t = tracks_.at(track);
   Keyframe& keyframe = keyframes_.at(sight.keyframe);
   if (keyframe.track.at(sight.keypoint) != kNoTrack) return false;
-  const auto place = std::lower_bound(
-      t.sights.begin(), t.sights.end(), sight.keyframe,
-      [](const Sight& s, int k) { return s.keyframe < k; });
+  const auto place = std::lower_bound(t.sights.begin(), t.sights.end(), sight.keyframe,
+                                      [](const Sight& s, int k) { return s.keyframe < k; });
   if (place != t.sights.end() && place->keyframe == sight.keyframe) return false;
   t.sights.insert(place, sight);
   keyframe.track[sight.keypoint] = track;
@@ -62,8 +61,7 @@ void Map::remove_track(int track) {
   --num_landmarks_;
 }
 
-void Map::promote(int track, const Eigen::Vector3d& position,
-                  const Eigen::Matrix3d& covariance) {
+void Map::promote(int track, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance) {
   Track& t = tracks_.at(track);
   if (t.is_landmark()) throw std::invalid_argument("Map::promote: a landmark already");
   t.landmark = filter_.add_landmark(position, covariance);

@@ -19,9 +19,9 @@ inline constexpr int kNoTrack = -1;
 // Keyframes are numbered from 0; keyframe k is pose k of the filter.
 struct Keyframe {
   ObservedFrame observed;
-  std::vector<int> track;            // per keypoint: of Omega_m, or kNoTrack
-  std::vector<std::uint8_t> spent;   // per keypoint: of Omega_p, 1 when an edge has used it
-  int num_tracked = 0;               // landmarks that the best frame so far tracked from here
+  std::vector<int> track;           // per keypoint: of Omega_m, or kNoTrack
+  std::vector<std::uint8_t> spent;  // per keypoint: of Omega_p, 1 when an edge has used it
+  int num_tracked = 0;              // landmarks that the best frame so far tracked from here
 };
 
 struct Sight {
@@ -29,8 +29,8 @@ struct Sight {
 };
 
 struct Track {
-  std::vector<Sight> sights;   // by keyframe ascending, one per keyframe; empty: removed
-  int landmark = -1;           // in the filter; -1: a candidate
+  std::vector<Sight> sights;  // by keyframe ascending, one per keyframe; empty: removed
+  int landmark = -1;          // in the filter; -1: a candidate
   bool is_landmark() const { return landmark >= 0; }
 };
 

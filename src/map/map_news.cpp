@@ -16,8 +16,7 @@ LandmarkView view(const Map& map, int track) {
   LandmarkView landmark;
   landmark.id = track;
   landmark.anchor = t.sights.front().keyframe;
-  landmark.position_in_anchor =
-      map.pose(t.sights.front().keyframe).inverse() * map.position(track);
+  landmark.position_in_anchor = map.pose(t.sights.front().keyframe).inverse() * map.position(track);
   const Sight& sight = t.sights.front();
   landmark.laplacian_sign =
       map.keyframe(sight.keyframe).observed.frame.keypoints[sight.keypoint].laplacian_sign;
@@ -26,9 +25,8 @@ LandmarkView view(const Map& map, int track) {
 }
 
 bool changed(const LandmarkView& sent, const LandmarkView& now) {
-  return sent.anchor != now.anchor ||
-         (sent.position_in_anchor - now.position_in_anchor).norm() >
-             kLandmarkMoved * now.position_in_anchor.norm();
+  return sent.anchor != now.anchor || (sent.position_in_anchor - now.position_in_anchor).norm() >
+                                          kLandmarkMoved * now.position_in_anchor.norm();
 }
 
 }  // namespace

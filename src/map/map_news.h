@@ -22,8 +22,8 @@ class MapNews {
   void compare_landmarks(const Map& map, MapUpdate& update);
 
   std::int64_t seq_ = -1;
-  std::vector<Rigid3> sent_poses_;               // by keyframe
-  std::map<std::int64_t, LandmarkView> sent_;    // by landmark
+  std::vector<Rigid3> sent_poses_;             // by keyframe
+  std::map<std::int64_t, LandmarkView> sent_;  // by landmark
 };
 
 }  // namespace eifmap

@@ -73,7 +73,8 @@ StartStep judge(const Pair& pair, const std::vector<StartPoint>& points,
   step.num_matches = matches;
   if (matches < options.start.min_matches) {
     step.reason = Reason::kTooFewMatches;
-    step.detail = join(matches, " matches with the anchor image, wanted ", options.start.min_matches);
+    step.detail =
+        join(matches, " matches with the anchor image, wanted ", options.start.min_matches);
   } else if (!pair.relative.ok()) {
     step.reason = pair.relative.reason;
     step.detail = join("rotation alone explains ", pair.relative.rotation.num_inliers, " of ",
@@ -88,8 +89,8 @@ StartStep judge(const Pair& pair, const std::vector<StartPoint>& points,
                        " deg, wanted ", options.start.max_sigma_direction_deg);
   } else if (static_cast<int>(points.size()) < options.start.min_points) {
     step.reason = Reason::kTooFewPoints;
-    step.detail = join(points.size(), " points with a certain depth, wanted ",
-                       options.start.min_points);
+    step.detail =
+        join(points.size(), " points with a certain depth, wanted ", options.start.min_points);
   } else {
     step.reason = Reason::kNone;
   }
@@ -172,9 +173,9 @@ StartStep MapStart::add(ObservedFrame observed) {
 StartStep MapStart::compare_with_anchor(const ObservedFrame& observed) const {
   const ObservedFrame& anchor = frames_[anchor_];
   const Pair pair = relate(anchor, observed, camera_, options_);
-  const std::vector<StartPoint> points =
-      pair.relative.ok() ? certain_points(anchor, observed, pair, options_)
-                         : std::vector<StartPoint>();
+  const std::vector<StartPoint> points = pair.relative.ok()
+                                             ? certain_points(anchor, observed, pair, options_)
+                                             : std::vector<StartPoint>();
   StartStep step = judge(pair, points, options_);
   if (step.reason != Reason::kNone) return step;
 

@@ -11,9 +11,9 @@
 namespace eifmap {
 
 struct StartedMap {
-  Map map;                          // two keyframes: the anchor and the newest frame
-  // The frames before the newest that could be posed backwards in the new map, by age; the anchor is
-  // among them.
+  Map map;  // two keyframes: the anchor and the newest frame
+  // The frames before the newest that could be posed backwards in the new map, by age; the anchor
+  // is among them.
   std::vector<TimedPose> posed;
 };
 

@@ -12,9 +12,9 @@ namespace eifmap {
 
 struct ObservedFrame {
   FeatureFrame frame;
-  std::vector<Eigen::Vector2d> x;   // per keypoint: normalized image coordinates
-  std::vector<double> sigma;        // per keypoint: of x, each axis
-  FeatureGroup omega_m, omega_p;    // [WD10] II: for the map, for relative poses
+  std::vector<Eigen::Vector2d> x;  // per keypoint: normalized image coordinates
+  std::vector<double> sigma;       // per keypoint: of x, each axis
+  FeatureGroup omega_m, omega_p;   // [WD10] II: for the map, for relative poses
 
   int size() const { return static_cast<int>(x.size()); }
   const std::int8_t* descriptor(int keypoint) const {

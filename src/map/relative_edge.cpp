@@ -34,10 +34,10 @@ bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, Relativ
   const ObservedFrame& frame_j = map.keyframe(j).observed;
   std::vector<Correspondence> pairs;
   for (const Match& match : chosen)
-    pairs.push_back({frame_i.x[match.a], frame_j.x[match.b], frame_i.sigma[match.a],
-                     frame_j.sigma[match.b]});
+    pairs.push_back(
+        {frame_i.x[match.a], frame_j.x[match.b], frame_i.sigma[match.a], frame_j.sigma[match.b]});
   std::vector<std::uint8_t> inlier;
-  if (!refine_relative_pose(pairs, map.radians_per_pixel(), start, inlier)) return false;
+  if (!refine_relative_pose(pairs, start, inlier)) return false;
   const auto agreeing = std::count(inlier.begin(), inlier.end(), 1);
   constexpr double kDegree = M_PI / 180;
   if (agreeing < options.min_measurements ||

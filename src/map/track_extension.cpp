@@ -34,7 +34,8 @@ std::vector<Sighting> sightings_of(const Map& map, const std::vector<Sight>& sig
 
 double error_of(const Sighting& sighting, const Eigen::Vector3d& point) {
   Eigen::Vector2d x;
-  if (!project(sighting.world_from_camera, point, x)) return std::numeric_limits<double>::infinity();
+  if (!project(sighting.world_from_camera, point, x))
+    return std::numeric_limits<double>::infinity();
   return (sighting.x - x).norm() / sighting.sigma;
 }
 

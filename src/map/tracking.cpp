@@ -24,8 +24,8 @@ std::vector<Correspondence> correspondences(const ObservedFrame& i, const Observ
   return all;
 }
 
-// The landmark's own uncertainty, as it shows from the pose, is a part of the measurement's sigma: a
-// young landmark may be off by pixels along its ray and still be right.
+// The landmark's own uncertainty, as it shows from the pose, is a part of the measurement's sigma:
+// a young landmark may be off by pixels along its ray and still be right.
 std::vector<MapObservation> map_observations(const Map& map, const ObservedFrame& observed,
                                              const Rigid3& world_from_camera,
                                              const std::vector<LandmarkSight>& sights) {
@@ -100,8 +100,7 @@ void refine_on_local_map(const Map& map, const ObservedFrame& observed,
 bool try_pose(const Map& map, const ObservedFrame& observed, const Rigid3& guess,
               const std::vector<LandmarkSight>& sights, PoseSource source,
               const MapperOptions& options, Tracking& tracking) {
-  const AbsolutePose pose =
-      refine_absolute_pose(
+  const AbsolutePose pose = refine_absolute_pose(
       guess, map_observations(map, observed, guess, sights), options.absolute_pose);
   if (!pose.ok()) return false;
   tracking.world_from_camera = pose.world_from_camera;
@@ -125,17 +124,18 @@ bool try_scale_fit(const Map& map, const ObservedFrame& observed, const Rigid3& 
 bool try_map_alone(const Map& map, const ObservedFrame& observed, const Rigid3& last,
                    const std::vector<LandmarkSight>& sights, const MapperOptions& options,
                    Tracking& tracking) {
-  const Rigid3 guess((map.pose(tracking.reference).rotation * tracking.relative.rotation.i_from_j)
-                         .normalized(),
-                     last.translation);
+  const Rigid3 guess(
+      (map.pose(tracking.reference).rotation * tracking.relative.rotation.i_from_j).normalized(),
+      last.translation);
   return try_pose(map, observed, guess, sights, PoseSource::kMapOnly, options, tracking);
 }
 
 bool try_pnp(const Map& map, const ObservedFrame& observed,
              const std::vector<LandmarkSight>& sights, PoseSource source,
              const MapperOptions& options, Tracking& tracking) {
-  const AbsolutePose pose = solve_pnp(
-      map_observations(map, observed, map.pose(tracking.reference), sights), map.radians_per_pixel(), options.absolute_pose);
+  const AbsolutePose pose =
+      solve_pnp(map_observations(map, observed, map.pose(tracking.reference), sights),
+                map.radians_per_pixel(), options.absolute_pose);
   if (!pose.ok()) return false;
   tracking.world_from_camera = pose.world_from_camera;
   tracking.source = source;
@@ -148,8 +148,8 @@ bool try_pnp(const Map& map, const ObservedFrame& observed,
 namespace {
 
 // [WD10] Algorithm 1 against one keyframe, then what is left to try with its matches.
-bool track_against(const Map& map, const ObservedFrame& observed, int reference,
-                   const Rigid3& last, const MapperOptions& options, Tracking& tracking) {
+bool track_against(const Map& map, const ObservedFrame& observed, int reference, const Rigid3& last,
+                   const MapperOptions& options, Tracking& tracking) {
   tracking = Tracking{};
   tracking.reference = reference;
   const ObservedFrame& keyframe = map.keyframe(reference).observed;

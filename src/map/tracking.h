@@ -1,5 +1,5 @@
-// The pose of a new frame in the map: [WD10] Algorithm 1, with the map alone and PnP where it cannot
-// give one.
+// The pose of a new frame in the map: [WD10] Algorithm 1, with the map alone and PnP where it
+// cannot give one.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,9 +21,10 @@ struct Tracking {
   Reason reason = Reason::kTooFewInliers;  // kNone: tracked
   std::string detail;                      // the reason's numbers
   PoseSource source = PoseSource::kNone;
-  int reference = 0;                       // keyframe
+  int reference = 0;  // keyframe
   Rigid3 world_from_camera;
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // (w, dc), given the map
+  Eigen::Matrix<double, 6, 6> covariance =
+      Eigen::Matrix<double, 6, 6>::Zero();  // (w, dc), given the map
   std::vector<Match> matches_p, matches_m;  // a: keypoint of the reference, b: of the frame
   RelativePoseResult relative;              // over matches_p, then matches_m
   std::vector<LandmarkSight> sights;        // inliers, by track ascending
@@ -32,8 +33,8 @@ struct Tracking {
   bool ok() const { return reason == Reason::kNone; }
 };
 
-// `last`: the pose of the last tracked frame; only a start for where no relative pose can be had and
-// the length of the first guess. No motion model.
+// `last`: the pose of the last tracked frame; only a start for where no relative pose can be had
+// and the length of the first guess. No motion model.
 Tracking track_frame(const Map& map, const ObservedFrame& observed, int reference,
                      const Rigid3& last, const MapperOptions& options);
 

@@ -22,9 +22,8 @@ class TrajectoryLog {
     poses.reserve(entries_.size());
     for (const Entry& e : entries_)
       poses.push_back({e.time_us, map.pose(e.keyframe) * e.keyframe_from_camera});
-    std::stable_sort(poses.begin(), poses.end(), [](const TimedPose& a, const TimedPose& b) {
-      return a.time_us < b.time_us;
-    });
+    std::stable_sort(poses.begin(), poses.end(),
+                     [](const TimedPose& a, const TimedPose& b) { return a.time_us < b.time_us; });
     return poses;
   }
 

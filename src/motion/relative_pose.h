@@ -82,8 +82,8 @@ RelativePoseResult estimate_relative_pose(std::span<const Correspondence> matche
 // correspondences may take part on entry (empty: all) and which agree on return. False when fewer
 // than 8 agree or the normal matrix is singular. Used for the filter's edges, whose R, T and
 // covariance come from unspent measurements only.
-bool refine_relative_pose(std::span<const Correspondence> matches, double radians_per_pixel,
-                          RelativePose& pose, std::vector<std::uint8_t>& inlier);
+bool refine_relative_pose(std::span<const Correspondence> matches, RelativePose& pose,
+                          std::vector<std::uint8_t>& inlier);
 
 // Sampson distance of a match, signed, whitened: residual / its standard deviation from sigma_i and
 // sigma_j; 1x5 Jacobian to (w, ab) when asked for.

@@ -172,8 +172,8 @@ bool set_covariance(std::span<const Correspondence> matches, const std::vector<M
 
 }  // namespace
 
-bool refine_relative_pose(std::span<const Correspondence> matches, double /*radians_per_pixel*/,
-                          RelativePose& pose, std::vector<std::uint8_t>& inlier) {
+bool refine_relative_pose(std::span<const Correspondence> matches, RelativePose& pose,
+                          std::vector<std::uint8_t>& inlier) {
   if (inlier.empty()) inlier.assign(matches.size(), 1);
   std::vector<Member> allowed;
   for (std::size_t k = 0; k < matches.size(); ++k)

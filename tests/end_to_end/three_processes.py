@@ -2,7 +2,9 @@
 """Server, publisher and logger as three processes over udpm, against the offline run.
 
 The logger's trajectory.tum must be the offline trajectory.tum byte for byte where no frame was
-dropped, and hold at least 95 % of it. Run it inside a private network (support/private_network.sh).
+dropped, and hold at least 95 % of it. With --before, another recording comes first, of a camera that
+stands still: no map may come of it, the status must say NO_BASELINE, and what follows must be mapped as
+if nothing had been. Run it inside a private network (support/private_network.sh).
 """
 import argparse
 import json
@@ -72,6 +74,19 @@ def lines(file):
     return file.read_text().splitlines() if file.exists() else []
 
 
+def expect_no_map(options, folder):
+    frames = len(lines(pathlib.Path(options.before) / "times.txt"))
+    wait_for_poses(folder / "logged" / "poses.jsonl", frames)
+    poses = [json.loads(line) for line in lines(folder / "logged" / "poses.jsonl")]
+    reasons = {pose["reason"] for pose in poses}
+    if len(poses) < 0.95 * frames or reasons != {"NO_BASELINE"}:
+        fail(f"{len(poses)} of {frames} frames of a standstill answered, with {reasons}")
+    if lines(folder / "logged" / "trajectory.tum"):
+        fail("a map was made of a standstill")
+    print(f"standstill: {len(poses)} frames, no map, NO_BASELINE")
+    options.frames += len(poses)
+
+
 def wait_for_poses(file, count):
     """Until the logger has as many, or no more come."""
     newest, since = -1, time.monotonic()
@@ -94,6 +109,9 @@ def run_live(options, folder):
         server.wait_for_words("listening on")
         logger = start("logger", options.client, "log", folder / "logged")
         logger.wait_for_words("logging")
+        if options.before:
+            start("standstill", options.client, "publish", options.before).wait_for_end()
+            expect_no_map(options, folder)
         publisher = start("publisher", options.client, "publish", *options.publish)
         publisher.wait_for_end()
         wait_for_poses(folder / "logged" / "poses.jsonl", options.frames)
@@ -133,9 +151,11 @@ def main():
     parser.add_argument("--server", required=True)
     parser.add_argument("--client", required=True)
     parser.add_argument("--offline", required=True, help="recorded folder for the offline run")
+    parser.add_argument("--before", help="recorded folder of a camera that stands still")
     parser.add_argument("--publish", required=True, nargs=argparse.REMAINDER)
     options = parser.parse_args()
     options.offline = shared(options.offline)
+    options.before = options.before and shared(options.before)
     options.publish = [shared(argument) for argument in options.publish]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)

@@ -55,8 +55,8 @@ TEST(InformationFilter, SchurComplementIsExact) {
   world.filter.update();
   ASSERT_GT(world.filter.num_landmarks(), 20);
 
-  // After the solve the residuals left are those at the new mean: the right side must vanish but for
-  // the gauge's direction.
+  // After the solve the residuals left are those at the new mean: the right side must vanish but
+  // for the gauge's direction.
   Dense dense = dense_system(world.filter);
   const int n = 6 * (world.filter.num_poses() - 1);
   EXPECT_LT(dense.right_side.norm(), 1e-5 * dense.information.diagonal().norm());
@@ -112,14 +112,15 @@ TEST(InformationFilter, PoseErrorsAreAsLargeAsTheFilterSays) {
 
 TEST(InformationFilter, DropsAWrongSightingAndKeepsTheRest) {
   FilterWorld world = make_filter_world({.seed = 7});
-  const Eigen::Vector2d wrong = world.filter.landmark(5).measurements[1].x + Eigen::Vector2d(0.1, 0);
+  const Eigen::Vector2d wrong =
+      world.filter.landmark(5).measurements[1].x + Eigen::Vector2d(0.1, 0);
   const int pose = world.filter.landmark(5).measurements[1].pose;
   world.filter.remove_measurement(5, pose);
   world.filter.add_measurement(5, pose, wrong, 1.0 / 500);
   const FilterUpdate update = world.filter.update();
-  const bool dropped = std::any_of(update.dropped.begin(), update.dropped.end(), [&](const auto& d) {
-    return d.landmark == 5 && d.pose == pose;
-  });
+  const bool dropped =
+      std::any_of(update.dropped.begin(), update.dropped.end(),
+                  [&](const auto& d) { return d.landmark == 5 && d.pose == pose; });
   EXPECT_TRUE(dropped);
   EXPECT_LT(update.dropped.size(), world.filter.num_measurements() / 50);
 }

@@ -14,7 +14,9 @@ Eigen::Vector3d vector3(Random& random, double size) {
   return size * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
 }
 
-Rigid3 pose(Random& random) { return {so3_exp(vector3(random, 0.5)), vector3(random, 2)}; }
+Rigid3 pose(Random& random) {
+  return {so3_exp(vector3(random, 0.5)), vector3(random, 2)};
+}
 
 // A measurement of the pair with noise of about `error` rad.
 RelativePose measured(Random& random, const Rigid3& i, const Rigid3& j, double error) {
@@ -80,8 +82,8 @@ TEST(RelativePoseMeasurement, WhitensByItsCovariance) {
   const RelativePose relative = measured(random, i, j, 0.02);
   RelativePoseMeasurement measurement;
   ASSERT_TRUE(make_measurement(relative, measurement));
-  const Eigen::Matrix<double, 5, 5> whitened = measurement.sqrt_information * relative.covariance *
-                                               measurement.sqrt_information.transpose();
+  const Eigen::Matrix<double, 5, 5> whitened =
+      measurement.sqrt_information * relative.covariance * measurement.sqrt_information.transpose();
   EXPECT_LT((whitened - Eigen::Matrix<double, 5, 5>::Identity()).norm(), 1e-9);
 }
 

@@ -25,8 +25,8 @@ BlockMatrix sample(int size, Random& random) {
     for (int k = matrix.start[a]; k < matrix.start[a + 1]; ++k) {
       for (int e = 0; e < 36; ++e) matrix.block[k](e / 6, e % 6) = random.normal();
       if (matrix.row[k] == a)
-        matrix.block[k] = (matrix.block[k] * matrix.block[k].transpose() +
-                           60 * PoseBlock::Identity()).eval();
+        matrix.block[k] =
+            (matrix.block[k] * matrix.block[k].transpose() + 60 * PoseBlock::Identity()).eval();
     }
   return matrix;
 }

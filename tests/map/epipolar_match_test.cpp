@@ -56,8 +56,8 @@ TEST(EpipolarMatch, FindsNothingAlongWrongLines) {
   const ObservedFrame j = observed_view(world, 1, scene_pose(2));
   // As if the camera had moved upwards: the lines run across the true motion.
   const Rigid3 wrong({1, 0, 0, 0}, {0, 1, 0});
-  const auto matches = match_along_epipolar_lines(i, i.omega_m.index, j, j.omega_m.index,
-                                                  scene_pose(0), wrong, {});
+  const auto matches =
+      match_along_epipolar_lines(i, i.omega_m.index, j, j.omega_m.index, scene_pose(0), wrong, {});
   EXPECT_LT(matches.size(), 15u);
 }
 

@@ -11,7 +11,9 @@
 namespace eifmap::test {
 namespace {
 
-Rigid3 sideways(int i) { return {so3_exp({0, 0.002 * i, 0}), {0.1 * i, 0.01 * i, 0.02 * i}}; }
+Rigid3 sideways(int i) {
+  return {so3_exp({0, 0.002 * i, 0}), {0.1 * i, 0.01 * i, 0.02 * i}};
+}
 
 // Largest distance from the truth, in units of the path, once the first pose and the length of the
 // path are the truth's.
@@ -20,8 +22,7 @@ double trajectory_error(const std::vector<TimedPose>& estimate, Rigid3 (*truth)(
     return static_cast<int>((p.time_us - 1'000'000) / 100'000);
   };
   const Rigid3 origin = truth(frame_of(estimate.front()));
-  const double length =
-      (truth(frame_of(estimate.back())).translation - origin.translation).norm();
+  const double length = (truth(frame_of(estimate.back())).translation - origin.translation).norm();
   const Rigid3 map_origin = estimate.front().world_from_camera;
   const double scale =
       length / (estimate.back().world_from_camera.translation - map_origin.translation).norm();
@@ -29,8 +30,7 @@ double trajectory_error(const std::vector<TimedPose>& estimate, Rigid3 (*truth)(
   for (const TimedPose& pose : estimate) {
     const Eigen::Vector3d moved =
         scale * (map_origin.inverse() * pose.world_from_camera).translation;
-    const Eigen::Vector3d expected =
-        (origin.inverse() * truth(frame_of(pose))).translation;
+    const Eigen::Vector3d expected = (origin.inverse() * truth(frame_of(pose))).translation;
     worst = std::max(worst, (moved - expected).norm() / length);
   }
   return worst;
@@ -81,7 +81,8 @@ TEST(Mapper, DoesNotStartWithoutABaseline) {
   for (const double turn : {0.0, 0.01}) {  // rad a frame: standing still, and turning on the spot
     Mapper mapper(synthetic_camera(), {});
     for (int i = 0; i < 25; ++i) {
-      const FrameResult result = mapper.process(world.view(i, {so3_exp({0, turn * i, 0}), {2, 0, 0}}));
+      const FrameResult result =
+          mapper.process(world.view(i, {so3_exp({0, turn * i, 0}), {2, 0, 0}}));
       ASSERT_EQ(result.state, TrackingState::kStarting);
       ASSERT_EQ(result.reason, Reason::kNoBaseline) << result.detail;
     }

@@ -1,5 +1,5 @@
-// Feature frames of a camera among points whose descriptors never change: the mapper's input without
-// images.
+// Feature frames of a camera among points whose descriptors never change: the mapper's input
+// without images.
 #pragma once
 
 #include <Eigen/Core>
@@ -44,8 +44,8 @@ class SyntheticStream {
     return view(i, Rigid3({1, 0, 0, 0}, {step * i, 0, 0}));
   }
 
-  // The i-th image, taken from anywhere. `wrong_share`: of the features, whose descriptors are those
-  // of another point.
+  // The i-th image, taken from anywhere. `wrong_share`: of the features, whose descriptors are
+  // those of another point.
   FeatureFrame view(int i, const Rigid3& world_from_camera, double wrong_share = 0) const {
     const Camera camera = synthetic_camera();
     test::Random noise(static_cast<std::uint64_t>(i) + 1000);
@@ -68,8 +68,8 @@ class SyntheticStream {
       if (pixel.minCoeff() < 0 || pixel.x() > 639 || pixel.y() > 479) continue;
       const float response = 1.0f / static_cast<float>(k + 1);  // so that they are sorted
       // A sigma of 0.15 px, since the mapper's sigma_factor doubles what a keypoint says.
-      frame.keypoints.push_back({static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), 0.15f,
-                                 2.0f, 0.0f, response,
+      frame.keypoints.push_back({static_cast<float>(pixel.x()), static_cast<float>(pixel.y()),
+                                 0.15f, 2.0f, 0.0f, response,
                                  static_cast<std::int8_t>(k % 2 == 0 ? 1 : -1)});
       const auto begin = descriptors_.begin() + static_cast<long>(looks_like) * kDescriptorSize;
       frame.descriptors.insert(frame.descriptors.end(), begin, begin + kDescriptorSize);

@@ -12,24 +12,26 @@ namespace eifmap::test {
 
 struct FilterWorldOptions {
   int num_poses = 12, num_points = 150;
-  double pixel = 1.0 / 500;          // rad
+  double pixel = 1.0 / 500;  // rad
   double noise_px = 1;
   Eigen::Vector3d step{0.3, 0.02, 0.05};
-  double start_error = 0.02;         // of the poses and points that the filter is given, relative
+  double start_error = 0.02;  // of the poses and points that the filter is given, relative
   std::uint64_t seed = 1;
 };
 
 struct FilterWorld {
-  std::vector<Rigid3> poses;               // true
-  std::vector<Eigen::Vector3d> points;     // true
+  std::vector<Rigid3> poses;            // true
+  std::vector<Eigen::Vector3d> points;  // true
   InformationFilter filter;
 };
 
-inline FilterWorld make_filter_world(const FilterWorldOptions& o, const FilterOptions& options = {}) {
+inline FilterWorld make_filter_world(const FilterWorldOptions& o,
+                                     const FilterOptions& options = {}) {
   Random random(o.seed);
   FilterWorld world{{}, {}, InformationFilter(options, o.pixel)};
   const auto noise3 = [&random](double size) {
-    return Eigen::Vector3d(size * Eigen::Vector3d(random.normal(), random.normal(), random.normal()));
+    return Eigen::Vector3d(size *
+                           Eigen::Vector3d(random.normal(), random.normal(), random.normal()));
   };
   for (int p = 0; p < o.num_poses; ++p)
     world.poses.push_back({so3_exp(noise3(0.03) * (p > 0)), p * o.step});
@@ -49,10 +51,12 @@ inline FilterWorld make_filter_world(const FilterWorldOptions& o, const FilterOp
     for (int p = 0; p < o.num_poses; ++p) {
       Eigen::Vector2d x;
       if (project(world.poses[p], point, x) && x.cwiseAbs().maxCoeff() < 0.6)
-        seen.emplace_back(p, x + o.noise_px * o.pixel * Eigen::Vector2d(random.normal(), random.normal()));
+        seen.emplace_back(
+            p, x + o.noise_px * o.pixel * Eigen::Vector2d(random.normal(), random.normal()));
     }
     if (seen.size() < 3) continue;
-    const int landmark = world.filter.add_landmark(point + noise3(5 * o.start_error), Eigen::Matrix3d::Zero());
+    const int landmark =
+        world.filter.add_landmark(point + noise3(5 * o.start_error), Eigen::Matrix3d::Zero());
     for (const auto& [p, x] : seen)
       world.filter.add_measurement(landmark, p, x, o.noise_px * o.pixel);
   }

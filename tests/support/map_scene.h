@@ -14,9 +14,12 @@ inline ObservedFrame observed_view(const SyntheticStream& world, int i,
 }
 
 // The i-th keyframe's true pose.
-inline Rigid3 scene_pose(int i) { return {so3_exp({0, 0.01 * i, 0}), {0.5 * i, 0, 0.05 * i}}; }
+inline Rigid3 scene_pose(int i) {
+  return {so3_exp({0, 0.01 * i, 0}), {0.5 * i, 0, 0.05 * i}};
+}
 
-inline Map make_scene(const SyntheticStream& world, int keyframes, const MapperOptions& options = {}) {
+inline Map make_scene(const SyntheticStream& world, int keyframes,
+                      const MapperOptions& options = {}) {
   Map map(synthetic_camera(), options);
   for (int i = 0; i < keyframes; ++i)
     map.add_keyframe(observed_view(world, i, scene_pose(i)), scene_pose(i));

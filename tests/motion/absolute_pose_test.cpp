@@ -1,9 +1,10 @@
+#include "motion/absolute_pose.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <stdexcept>
 
-#include "motion/absolute_pose.h"
 #include "support/synthetic_scene.h"
 
 namespace eifmap {

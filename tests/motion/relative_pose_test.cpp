@@ -1,3 +1,5 @@
+#include "motion/relative_pose.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -5,7 +7,6 @@
 #include <ostream>
 #include <stdexcept>
 
-#include "motion/relative_pose.h"
 #include "support/synthetic_scene.h"
 
 namespace eifmap {
@@ -146,7 +147,7 @@ TEST_P(RelativePoseCovarianceOn, IsHonest) {
     pose.i_from_j = kTurn * so3_exp({0.01, -0.01, 0.005});
     pose.direction = sphere_retract(GetParam().step.normalized(), {0.05, -0.05});
     std::vector<std::uint8_t> inlier;
-    ASSERT_TRUE(refine_relative_pose(views.matches, kRadiansPerPixel, pose, inlier));
+    ASSERT_TRUE(refine_relative_pose(views.matches, pose, inlier));
     sum += nees(pose, views);
   }
   EXPECT_GT(sum / kSeeds, GetParam().low);
@@ -209,13 +210,13 @@ TEST(RelativePose, TakesOnlyTheMatchesItMay) {
   RelativePose pose = estimate(views).pose;
   std::vector<std::uint8_t> inlier(views.matches.size(), 0);
   for (std::size_t k = 0; k < inlier.size(); k += 2) inlier[k] = 1;
-  ASSERT_TRUE(refine_relative_pose(views.matches, kRadiansPerPixel, pose, inlier));
+  ASSERT_TRUE(refine_relative_pose(views.matches, pose, inlier));
   for (std::size_t k = 1; k < inlier.size(); k += 2) EXPECT_EQ(inlier[k], 0);
   EXPECT_GT(std::count(inlier.begin(), inlier.end(), 1), 95);
 
   std::vector<std::uint8_t> seven(views.matches.size(), 0);
   std::fill_n(seven.begin(), 7, 1);
-  EXPECT_FALSE(refine_relative_pose(views.matches, kRadiansPerPixel, pose, seven));
+  EXPECT_FALSE(refine_relative_pose(views.matches, pose, seven));
 }
 
 TEST(RelativePose, IsTheSameEveryTime) {

@@ -1,10 +1,11 @@
+#include "motion/scale_fit.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <ostream>
 #include <stdexcept>
 
-#include "motion/scale_fit.h"
 #include "support/synthetic_scene.h"
 
 namespace eifmap {
