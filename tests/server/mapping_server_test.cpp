@@ -79,6 +79,7 @@ class Network {
     EXPECT_TRUE(stopped_);
     done_ = true;
     dispatcher_.join();
+    server.reset();  // while its bus is still there
   }
 
   std::optional<MappingServer> server;
