@@ -82,6 +82,11 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_frames", o.max_frames);
 }
 
+template <OptionsOf<TrackingOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("min_inlier_ratio", o.min_inlier_ratio);
+}
+
 template <OptionsOf<KeyframeOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("min_tracked_ratio", o.min_tracked_ratio);
@@ -131,6 +136,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("scale_fit", o.scale_fit);
   visit("absolute_pose", o.absolute_pose);
   visit("start", o.start);
+  visit("tracking", o.tracking);
   visit("keyframe", o.keyframe);
   visit("landmark", o.landmark);
   visit("edge", o.edge);

@@ -11,7 +11,7 @@ const char* keypoint_problem(const Keypoint& k, const FeatureFrame& frame) {
     return "u outside the image";
   if (!(k.v >= -0.5f && k.v <= static_cast<float>(frame.height) - 0.5f))
     return "v outside the image";
-  if (!(k.sigma_px > 0 && std::isfinite(k.sigma_px))) return "sigma_px not positive";
+  if (!(k.sigma_px >= 0.01f && k.sigma_px <= 100)) return "sigma_px not within 0.01 to 100";
   if (!(k.scale > 0 && std::isfinite(k.scale))) return "scale not positive";
   if (!std::isfinite(k.angle)) return "angle not finite";
   if (!std::isfinite(k.response)) return "response not finite";

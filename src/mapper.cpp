@@ -1,5 +1,6 @@
 #include "mapper.h"
 
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -101,10 +102,15 @@ struct Mapper::State {
   std::optional<FinishedMap> finished;  // the largest of those given up
   std::int64_t map_id = 0;
   std::optional<std::int64_t> last_time_us, lost_since_us;
-  std::optional<std::pair<Extractor, std::int16_t>> extractor;
+  std::optional<std::pair<Extractor, std::int16_t>> extractor;  // the map's, or the stream's
+  std::int64_t publisher = 0;  // of the stream of frames; 0 unknown
+  int old_times = 0;           // frames in a row that were refused for their time
   MapperStatistics statistics;
 
-  FrameCheck check(const FeatureFrame& frame) const;
+  FrameCheck check(const FeatureFrame& frame);
+  bool begins_stream(const FeatureFrame& frame) const;
+  void begin_stream(const FeatureFrame& frame);
+  void lose(std::int64_t time_us, FrameResult& result);
   void start_map(ObservedFrame observed, FrameResult& result);
   void track(ObservedFrame observed, FrameResult& result);
   void find_again(ObservedFrame observed, FrameResult& result);
@@ -115,16 +121,37 @@ struct Mapper::State {
   const FinishedMap* largest(FinishedMap& scratch) const;
 };
 
-FrameCheck Mapper::State::check(const FeatureFrame& frame) const {
+// A publisher that was started again, or times that stay behind: one wild time stamp, or a
+// recording published twice, must not lock the input.
+bool Mapper::State::begins_stream(const FeatureFrame& frame) const {
+  constexpr int kPatience = 30;
+  return (publisher != 0 && frame.publisher != 0 && frame.publisher != publisher) ||
+         old_times >= kPatience;
+}
+
+// What was mapped stays; where the camera is now, nobody knows.
+void Mapper::State::begin_stream(const FeatureFrame& frame) {
+  last_time_us.reset();
+  start.reset();
+  if (live)
+    lost_since_us = frame.time_us;
+  else
+    extractor.reset();
+}
+
+FrameCheck Mapper::State::check(const FeatureFrame& frame) {
   FrameCheck result = check_frame(frame, camera);
   if (!result.ok()) return result;
-  if (last_time_us && frame.time_us <= *last_time_us)
+  if (begins_stream(frame)) begin_stream(frame);
+  if (last_time_us && frame.time_us <= *last_time_us) {
+    ++old_times;
     return {Reason::kTimeNotIncreasing, "time " + std::to_string(frame.time_us) +
                                             " us is not after " + std::to_string(*last_time_us)};
+  }
   if (extractor && *extractor != std::pair(frame.extractor, frame.extractor_version))
     return {Reason::kUnknownExtractor,
             "extractor " + std::to_string(static_cast<int>(frame.extractor)) + " version " +
-                std::to_string(frame.extractor_version) + ", the map is of " +
+                std::to_string(frame.extractor_version) + ", so far it was " +
                 std::to_string(static_cast<int>(extractor->first)) + " version " +
                 std::to_string(extractor->second)};
   return result;
@@ -168,6 +195,15 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
   }
 }
 
+void Mapper::State::lose(std::int64_t time_us, FrameResult& result) {
+  lost_since_us = time_us;
+  ++statistics.losses;
+  start.reset();
+  result.state = TrackingState::kLost;
+  result.source = PoseSource::kNone;
+  result.covariance_status = CovarianceStatus::kNone;
+}
+
 void Mapper::State::track(ObservedFrame observed, FrameResult& result) {
   Tracking tracking;
   {
@@ -175,10 +211,7 @@ void Mapper::State::track(ObservedFrame observed, FrameResult& result) {
     tracking = track_frame(live->map, observed, live->reference, live->last, options);
   }
   if (tracking.ok()) return accept(std::move(observed), tracking, result);
-  lost_since_us = observed.frame.time_us;
-  ++statistics.losses;
-  start.reset();
-  result.state = TrackingState::kLost;
+  lose(observed.frame.time_us, result);
   result.reason = tracking.reason;
   result.detail = std::move(tracking.detail);
   result.num_matches = tracking.num_matches;
@@ -186,15 +219,15 @@ void Mapper::State::track(ObservedFrame observed, FrameResult& result) {
 
 Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
   const Step step(observer, "relocalize");
-  // The newest, where the camera was lost, and a few others in turn: a frame's time stays bounded.
-  constexpr int kNewest = 3, kOthers = 3;
+  // Where the camera was lost, the newest, and a few others in turn: a frame's time stays bounded.
+  constexpr int kNear = 3, kNewest = 2, kOthers = 3;
   const int n = live->map.num_keyframes();
-  std::vector<int> keyframes;
-  for (int k = n - 1; k >= std::max(0, n - kNewest); --k) keyframes.push_back(k);
-  for (int k = 0; k < kOthers && k < n - kNewest; ++k) {
-    keyframes.push_back(live->next_to_try % (n - kNewest));
-    ++live->next_to_try;
-  }
+  std::vector<int> keyframes = live->map.covisible(live->reference, kNear);
+  const auto add = [&keyframes](int k) {
+    if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
+  };
+  for (int k = n - 1; k >= std::max(0, n - kNewest); --k) add(k);
+  for (int k = 0; k < kOthers; ++k) add(live->next_to_try++ % n);
   return relocalize(live->map, observed, keyframes, options);
 }
 
@@ -209,6 +242,7 @@ void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
   const double lost_s = 1e-6 * static_cast<double>(observed.frame.time_us - *lost_since_us);
   if (lost_s >= options.lost.new_map_after_s) start_map(std::move(observed), result);
   if (result.state != TrackingState::kLost) return;
+  if (!result.detail.empty()) tracking.detail += "; a new map waits: " + result.detail;
   result.reason = tracking.reason;
   result.detail = std::move(tracking.detail);
 }
@@ -229,7 +263,7 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
       map.pose(tracking.reference).inverse() * tracking.world_from_camera;
   result.num_matches = tracking.num_matches;
   result.num_inliers = static_cast<int>(tracking.sights.size());
-  if (wants_keyframe(map, observed, tracking, options))
+  if (wants_keyframe(map, tracking, options))
     return add_keyframe(std::move(observed), tracking, result);
   live->log.add(observed.frame.time_us, tracking.reference, result.reference_from_camera);
 }
@@ -240,6 +274,13 @@ void Mapper::State::add_keyframe(ObservedFrame observed, const Tracking& trackin
   const std::int64_t time_us = observed.frame.time_us;
   Map& map = live->map;
   const Insertion insertion = insert_keyframe(map, std::move(observed), tracking, options);
+  result.reason = insertion.reason;
+  result.map_updated = true;
+  if (insertion.reason != Reason::kNone) {
+    result.detail = "keyframe " + std::to_string(insertion.keyframe) + " with " +
+                    std::to_string(tracking.sights.size()) + " map features";
+    return lose(time_us, result);
+  }
   live->log.add(time_us, insertion.keyframe, Rigid3());
   live->reference = insertion.keyframe;
   live->last = map.pose(insertion.keyframe);
@@ -248,8 +289,6 @@ void Mapper::State::add_keyframe(ObservedFrame observed, const Tracking& trackin
   result.map_from_camera = live->last;
   result.reference_keyframe = insertion.keyframe;
   result.reference_from_camera = Rigid3();
-  result.reason = insertion.filter.reason;
-  result.map_updated = true;
 }
 
 void Mapper::State::count(const FrameResult& result) {
@@ -304,6 +343,8 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     result.detail = check.detail;
   } else {
     state.last_time_us = frame.time_us;
+    state.old_times = 0;
+    state.publisher = frame.publisher;
     state.extractor = {frame.extractor, frame.extractor_version};
     ObservedFrame observed;
     {

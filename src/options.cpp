@@ -70,6 +70,8 @@ std::string lost_problem(const LostOptions& o) {
 std::string MapperOptions::problem() const {
   if (map_sign != -1 && map_sign != 1) return say("map_sign", map_sign, "-1 or 1");
   if (!(sigma_factor > 0)) return say("sigma_factor", sigma_factor, "above 0");
+  if (!(tracking.min_inlier_ratio >= 0 && tracking.min_inlier_ratio <= 1))
+    return say("tracking.min_inlier_ratio", tracking.min_inlier_ratio, "0 to 1");
   for (const std::string& problem :
        {match.problem(), relative_pose.problem(), scale_fit.problem(), absolute_pose.problem(),
         start_problem(start), keyframe_problem(keyframe), landmark_problem(landmark),

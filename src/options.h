@@ -20,8 +20,14 @@ struct StartOptions {
   double max_sigma_direction_deg = 1.5;
   int min_points = 50;              // with ...
   double max_relative_depth = 0.2;  // ... sigma_Z / Z below this
-  // Frames since the anchor kept to be posed backwards; older anchors are given up.
-  int max_frames = 300;
+  // Frames kept to be posed backwards when the map starts, which must not take long.
+  int max_frames = 100;
+};
+
+struct TrackingOptions {
+  // Of the landmarks found near their predicted places (or, in PnP, matched), the share that must
+  // agree with the pose. Chance alone makes about one in ten agree with any pose.
+  double min_inlier_ratio = 0.3;
 };
 
 struct KeyframeOptions {
@@ -75,6 +81,7 @@ struct MapperOptions {
   ScaleFitOptions scale_fit;
   AbsolutePoseOptions absolute_pose;
   StartOptions start;
+  TrackingOptions tracking;
   KeyframeOptions keyframe;
   LandmarkOptions landmark;
   EdgeOptions edge;

@@ -32,7 +32,8 @@ struct FilterLandmark {
 struct FilterEdge {
   int i = 0, j = 0;
   RelativePoseMeasurement measurement;
-  RelativePoseLinearization linearization;
+  RelativePoseLinearization linearization;  // at the mean; scaled by the robust weight's root
+  double squared_error = 0;                 // whitened, at the mean, without the weight
 };
 
 }  // namespace eifmap

@@ -10,10 +10,12 @@
 namespace eifmap {
 namespace {
 
+// Of a sight (2 degrees of freedom) and of an edge (5): about 1 in 7 is beyond it by chance.
+constexpr double kSightLimit = 2.0, kEdgeLimit = 3.0;
+
 // Huber's weight: full to k sigmas, then falling as k / error. The weight is part of the
 // measurement's noise, Q, and is frozen with its Jacobian.
-double robust_weight(double error) {
-  constexpr double k = 2.0;
+double robust_weight(double error, double k) {
   return error <= k ? 1 : k / error;
 }
 
@@ -99,7 +101,7 @@ std::size_t InformationFilter::linearize_moved() {
       if (m.linearized && (predicted - m.predicted).norm() <= threshold) continue;
       projectors[m.pose](landmark.position, predicted, &m.d_pose, &m.d_landmark);
       const Eigen::Vector2d residual = (m.x - predicted) / m.sigma;
-      const double root = std::sqrt(robust_weight(residual.norm()));
+      const double root = std::sqrt(robust_weight(residual.norm(), kSightLimit));
       m.d_pose *= root / m.sigma;
       m.d_landmark *= root / m.sigma;
       m.residual = root * residual;
@@ -108,10 +110,21 @@ std::size_t InformationFilter::linearize_moved() {
       ++count;
     }
   }
-  // Few, and cheap: always at the mean.
-  for (FilterEdge& edge : edges_)
-    linearize(edge.measurement, poses_[edge.i], poses_[edge.j], edge.linearization);
+  for (FilterEdge& edge : edges_) linearize_edge(edge);  // few, and cheap: always at the mean
   return count;
+}
+
+void InformationFilter::linearize_edge(FilterEdge& edge) const {
+  edge.linearization = {};
+  if (!linearize(edge.measurement, poses_[edge.i], poses_[edge.j], edge.linearization)) {
+    edge.squared_error = std::numeric_limits<double>::infinity();
+    return;
+  }
+  edge.squared_error = edge.linearization.residual.squaredNorm();
+  const double root = std::sqrt(robust_weight(std::sqrt(edge.squared_error), kEdgeLimit));
+  edge.linearization.residual *= root;
+  edge.linearization.d_i *= root;
+  edge.linearization.d_j *= root;
 }
 
 bool InformationFilter::solve(bool same_pattern, Eigen::VectorXd& delta_poses) {
@@ -141,17 +154,48 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
   }
 }
 
-void InformationFilter::drop_outliers(FilterUpdate& update) {
-  for (int l = 0; l < static_cast<int>(landmarks_.size()); ++l) {
+void InformationFilter::drop_sights(double gate, FilterUpdate& update) {
+  for (int l = 0; l < num_landmarks(); ++l) {
     std::erase_if(landmarks_[l].measurements, [&](const PointMeasurement& m) {
-      if (error(l, m) <= options_.gate_sigma) return false;
+      if (error(l, m) <= gate) return false;
       update.dropped.push_back({l, m.pose});
       return true;
     });
   }
-  update.dropped_edges = static_cast<int>(std::erase_if(edges_, [](const FilterEdge& edge) {
-    return edge.linearization.residual.squaredNorm() > kEdgeGate;
-  }));
+}
+
+bool InformationFilter::drop_edges(FilterUpdate& update) {
+  const auto dropped =
+      std::erase_if(edges_, [](const FilterEdge& edge) { return edge.squared_error > kEdgeGate; });
+  update.dropped_edges += static_cast<int>(dropped);
+  return dropped > 0;
+}
+
+// Solves and linearizes again until nothing moves. False, with the mean as it was, when the matrix
+// cannot be factored.
+bool InformationFilter::settle(FilterUpdate& update) {
+  const std::vector<Rigid3> poses_before = poses_;
+  std::vector<Eigen::Vector3d> positions_before;
+  for (const FilterLandmark& landmark : landmarks_) positions_before.push_back(landmark.position);
+  for (int i = 0; i < options_.max_iterations; ++i) {
+    const std::size_t moved = linearize_moved();
+    if (i > 0 && moved == 0) break;
+    update.relinearized += moved;
+    Eigen::VectorXd delta;
+    solved_ = solve(i > 0, delta);
+    if (!solved_) {
+      poses_ = poses_before;
+      for (std::size_t l = 0; l < landmarks_.size(); ++l) {
+        landmarks_[l].position = positions_before[l];
+        for (PointMeasurement& m : landmarks_[l].measurements) m.linearized = false;
+      }
+      return false;
+    }
+    apply(delta);
+    ++update.iterations;
+  }
+  linearize_moved();  // so that what is judged next, and the next update, start from the mean
+  return true;
 }
 
 FilterUpdate InformationFilter::update() {
@@ -162,28 +206,20 @@ FilterUpdate InformationFilter::update() {
     gauge_ = {baseline.normalized(), baseline.norm()};
     has_gauge_ = true;
   }
-  const std::vector<Rigid3> poses_before = poses_;
-  std::vector<Eigen::Vector3d> positions_before;
-  for (const FilterLandmark& landmark : landmarks_) positions_before.push_back(landmark.position);
-  for (int i = 0; i < options_.max_iterations; ++i) {
-    const std::size_t moved = linearize_moved();
-    if (i > 0 && moved == 0) break;
-    result.relinearized += moved;
-    Eigen::VectorXd delta;
-    if (!solve(i > 0, delta)) {
-      poses_ = poses_before;
-      for (std::size_t l = 0; l < landmarks_.size(); ++l) {
-        landmarks_[l].position = positions_before[l];
-        for (PointMeasurement& m : landmarks_[l].measurements) m.linearized = false;
-      }
-      result.reason = Reason::kFilterFailed;
-      return result;
-    }
-    apply(delta);
-    ++result.iterations;
+  bool settled = settle(result);
+  if (!settled) {
+    // What is far off at the mean of before may be what spoils the matrix: once more without it.
+    constexpr double kFarOff = 3;
+    drop_sights(kFarOff * options_.gate_sigma, result);
+    settled = settle(result);
   }
-  linearize_moved();  // so that the edges' residuals and the next update start from the mean
-  drop_outliers(result);
+  // A wrong edge pulls the sights off: it goes first, and they are judged without it.
+  if (settled && drop_edges(result)) settled = settle(result);
+  if (!settled) {
+    result.reason = Reason::kFilterFailed;
+    return result;
+  }
+  drop_sights(options_.gate_sigma, result);
   for (FilterLandmark& landmark : landmarks_)
     if (!landmark.measurements.empty()) landmark.covariance = landmark_covariance(landmark);
   return result;
@@ -192,7 +228,7 @@ FilterUpdate InformationFilter::update() {
 bool InformationFilter::pose_covariance(int pose, PoseBlock& covariance) {
   covariance.setZero();
   if (pose == 0) return true;
-  if (pose < 0 || pose > reduced_.size) return false;
+  if (!solved_ || pose < 0 || pose > reduced_.size) return false;
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(reduced_.size * kPoseDof, kPoseDof);
   columns.middleRows<kPoseDof>((pose - 1) * kPoseDof).setIdentity();
   const Eigen::MatrixXd solution = cholesky_.solve(columns);

@@ -73,7 +73,10 @@ class InformationFilter {
   std::size_t linearize_moved();
   bool solve(bool same_pattern, Eigen::VectorXd& delta_poses);
   void apply(const Eigen::VectorXd& delta_poses);
-  void drop_outliers(FilterUpdate& update);
+  void linearize_edge(FilterEdge& edge) const;
+  bool settle(FilterUpdate& update);
+  void drop_sights(double gate, FilterUpdate& update);
+  bool drop_edges(FilterUpdate& update);
 
   FilterOptions options_;
   double radians_per_pixel_;
@@ -82,6 +85,7 @@ class InformationFilter {
   std::vector<FilterEdge> edges_;
   ScaleGauge gauge_;  // of the first two poses, as they were at the first update
   bool has_gauge_ = false;
+  bool solved_ = false;  // `cholesky_` holds the factor of the last update's matrix
   BlockMatrix reduced_;  // S, over all poses but the first
   SparseCholesky cholesky_;
 };

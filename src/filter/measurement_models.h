@@ -22,8 +22,9 @@ struct RelativePoseMeasurement {
 bool make_measurement(const RelativePose& pose, RelativePoseMeasurement& measurement);
 
 struct RelativePoseLinearization {
-  Eigen::Matrix<double, 5, 1> residual;  // whitened z - h(x)
-  Eigen::Matrix<double, 5, 6> d_i, d_j;  // whitened dh / d(w, dc) of the two poses
+  Eigen::Matrix<double, 5, 1> residual = Eigen::Matrix<double, 5, 1>::Zero();  // whitened z - h(x)
+  Eigen::Matrix<double, 5, 6> d_i = Eigen::Matrix<double, 5, 6>::Zero();  // whitened dh / d(w, dc)
+  Eigen::Matrix<double, 5, 6> d_j = Eigen::Matrix<double, 5, 6>::Zero();  // of the two poses
 };
 
 // False when the two centres coincide: the direction is undefined.

@@ -10,8 +10,10 @@ int block_of(int pose) {
 }
 
 // V and b of a feature; a trace of damping keeps a feature whose rays are nearly parallel from
-// making V singular, and is far below any information that a sighting brings.
-void sum_landmark(const FilterLandmark& landmark, Eigen::Matrix3d& v, Eigen::Vector3d& b) {
+// making V singular, and is far below any information that a sighting brings. False when no
+// sighting says anything, as behind all cameras: then V is zero, and the feature is to be left
+// alone.
+bool sum_landmark(const FilterLandmark& landmark, Eigen::Matrix3d& v, Eigen::Vector3d& b) {
   v.setZero();
   b.setZero();
   for (const PointMeasurement& m : landmark.measurements) {
@@ -19,6 +21,7 @@ void sum_landmark(const FilterLandmark& landmark, Eigen::Matrix3d& v, Eigen::Vec
     b.noalias() += m.d_landmark.transpose() * m.residual;
   }
   v.diagonal().array() += 1e-13 * v.trace();
+  return v.trace() > 0;
 }
 
 }  // namespace
@@ -59,7 +62,7 @@ void reduce_landmark(const FilterLandmark& landmark, BlockMatrix& matrix,
   if (measurements.empty()) return;
   Eigen::Matrix3d v;
   Eigen::Vector3d b;
-  sum_landmark(landmark, v, b);
+  if (!sum_landmark(landmark, v, b)) return;
   const Eigen::Matrix3d v_inverse = v.llt().solve(Eigen::Matrix3d::Identity());
   const Eigen::Vector3d v_inverse_b = v_inverse * b;
 
@@ -124,7 +127,7 @@ void add_scale_gauge(const ScaleGauge& gauge, const Eigen::Vector3d& baseline, B
 Eigen::Vector3d landmark_step(const FilterLandmark& landmark, const Eigen::VectorXd& delta_poses) {
   Eigen::Matrix3d v;
   Eigen::Vector3d b;
-  sum_landmark(landmark, v, b);
+  if (!sum_landmark(landmark, v, b)) return Eigen::Vector3d::Zero();
   for (const PointMeasurement& m : landmark.measurements) {
     const int a = block_of(m.pose);
     if (a < 0) continue;
@@ -136,7 +139,7 @@ Eigen::Vector3d landmark_step(const FilterLandmark& landmark, const Eigen::Vecto
 Eigen::Matrix3d landmark_covariance(const FilterLandmark& landmark) {
   Eigen::Matrix3d v;
   Eigen::Vector3d b;
-  sum_landmark(landmark, v, b);
+  if (!sum_landmark(landmark, v, b)) return landmark.covariance;
   return v.llt().solve(Eigen::Matrix3d::Identity());
 }
 

@@ -41,6 +41,15 @@ std::string Camera::problem() const {
   for (double k : distortion)
     if (!std::isfinite(k) || std::abs(k) > 100)
       return describe("a distortion coefficient", k, "a finite number within +-100");
+  // A lens model that folds over inside the image has no inverse there.
+  for (int row = 0; row <= 8; ++row)
+    for (int column = 0; column <= 8; ++column) {
+      const Eigen::Vector2d pixel(column * (width - 1) / 8.0, row * (height - 1) / 8.0);
+      const double error = (pixel_from_normalized(normalized_from_pixel(pixel)) - pixel).norm();
+      if (!(error < 0.01))
+        return describe("the distortion's error after its inverse", error,
+                        "0 px everywhere in the image; check the coefficients' order");
+    }
   return "";
 }
 

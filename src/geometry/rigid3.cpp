@@ -30,9 +30,9 @@ Eigen::Vector3d so3_log(const Eigen::Quaterniond& rotation) {
 Eigen::Matrix3d so3_right_jacobian_inverse(const Eigen::Vector3d& rotation_vector) {
   const double angle = rotation_vector.norm();
   const Eigen::Matrix3d k = skew(rotation_vector);
-  const double c = angle < 1e-4 ? 1.0 / 12
-                                : 1 / (angle * angle) -
-                                      (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
+  const double c =
+      angle < 1e-4 ? 1.0 / 12
+                   : 1 / (angle * angle) - (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
   return Eigen::Matrix3d::Identity() + 0.5 * k + c * k * k;
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "motion/robust.h"
+
 namespace eifmap {
 namespace {
 
@@ -21,7 +23,8 @@ std::vector<Match> edge_matches(const Tracking& tracking) {
 bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
                        const MapperOptions& options) {
   // Where a plane fills the view, the two-view direction may be the plane's other solution.
-  if (tracking.relative.ok() && !tracking.relative.planar &&
+  // Nor is it one to believe where the map's scale fit would not have it.
+  if (tracking.source == PoseSource::kScaleFit && !tracking.relative.planar &&
       add_edge(map, tracking.reference, keyframe, edge_matches(tracking), tracking.relative.pose,
                options.edge))
     return true;
@@ -61,16 +64,30 @@ double median_sight_depth(const Map& map, const Tracking& tracking) {
   const Rigid3 camera_from_world = tracking.world_from_camera.inverse();
   for (const LandmarkSight& sight : tracking.sights)
     depths.push_back((camera_from_world * map.position(sight.track)).z());
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return take_median(depths);
+}
+
+// What the filter made of the new keyframe against what tracking had measured. The one silent
+// catastrophe of monocular mapping is a map whose scale jumps: then the filter moves the keyframe
+// far along its baseline, or throws out most of what it was tracked by.
+Reason judge_update(const Map& map, int keyframe, const Tracking& tracking,
+                    const Rigid3& reference_before, const FilterUpdate& update) {
+  if (update.reason != Reason::kNone) return update.reason;
+  constexpr double kJump = 1.5, kShortBaseline = 0.02;  // the latter relative to the depth
+  const auto dropped = std::count_if(update.dropped.begin(), update.dropped.end(),
+                                     [keyframe](const auto& d) { return d.pose == keyframe; });
+  if (2 * dropped > static_cast<std::ptrdiff_t>(tracking.sights.size())) return Reason::kScaleJump;
+  const double before =
+      (tracking.world_from_camera.translation - reference_before.translation).norm();
+  const double after =
+      (map.pose(keyframe).translation - map.pose(tracking.reference).translation).norm();
+  if (std::max(before, after) < kShortBaseline * map.median_depth(keyframe)) return Reason::kNone;
+  return after > kJump * before || before > kJump * after ? Reason::kScaleJump : Reason::kNone;
 }
 
 }  // namespace
 
-bool wants_keyframe(const Map& map, const ObservedFrame&, const Tracking& tracking,
-                    const MapperOptions& options) {
+bool wants_keyframe(const Map& map, const Tracking& tracking, const MapperOptions& options) {
   const int inliers = static_cast<int>(tracking.sights.size());
   if (inliers < options.keyframe.min_inliers) return false;
   const Rigid3& reference = map.pose(tracking.reference);
@@ -85,16 +102,16 @@ bool wants_keyframe(const Map& map, const ObservedFrame&, const Tracking& tracki
 
 Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& tracking,
                           const MapperOptions& options) {
-  Insertion insertion;
+  const Rigid3 reference_before = map.pose(tracking.reference);
   const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);
-  insertion.keyframe = k;
   for (const LandmarkSight& sight : tracking.sights)
     map.add_sight(sight.track, {k, sight.keypoint});
-  if (options.edge.enabled) insertion.edge = add_relative_pose(map, k, tracking, options);
-  insertion.new_landmarks = extend_tracks(map, k, options);
-  insertion.filter = map.update();
+  if (options.edge.enabled) add_relative_pose(map, k, tracking, options);
+  extend_tracks(map, k, options);
+  const FilterUpdate update = map.update();
+  const Reason reason = judge_update(map, k, tracking, reference_before, update);
   cull(map, k);
-  return insertion;
+  return {k, reason};
 }
 
 }  // namespace eifmap

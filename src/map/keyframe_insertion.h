@@ -9,14 +9,11 @@ namespace eifmap {
 // Whether the frame should become a keyframe: too little of the reference is left, or the camera
 // has moved far enough to see depth. Never on few inliers or an uncertain place: a map built on
 // sand jumps in scale without a word.
-bool wants_keyframe(const Map& map, const ObservedFrame& observed, const Tracking& tracking,
-                    const MapperOptions& options);
+bool wants_keyframe(const Map& map, const Tracking& tracking, const MapperOptions& options);
 
 struct Insertion {
   int keyframe = 0;
-  int new_landmarks = 0;
-  bool edge = false;  // a relative pose entered the filter
-  FilterUpdate filter;
+  Reason reason = Reason::kNone;  // or kFilterFailed, kScaleJump: the keyframe is not to be trusted
 };
 
 // Pose, measurements, relative-pose edge, new features, update of the filter, culling.

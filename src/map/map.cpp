@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "motion/robust.h"
+
 namespace eifmap {
 
 Map::Map(const Camera& camera, const MapperOptions& options)
@@ -117,10 +119,7 @@ double Map::median_depth(int keyframe) const {
   for (int t : keyframes_[keyframe].track)
     if (t != kNoTrack && tracks_[t].is_landmark())
       depths.push_back((camera_from_world * position(t)).z());
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + depths.size() / 2;
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return take_median(depths);
 }
 
 }  // namespace eifmap

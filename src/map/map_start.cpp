@@ -7,6 +7,7 @@
 
 #include "geometry/triangulation.h"
 #include "map/keyframe_insertion.h"
+#include "map/tracking.h"
 #include "motion/absolute_pose.h"
 #include "motion/relative_pose.h"
 
@@ -26,9 +27,7 @@ Pair relate(const ObservedFrame& i, const ObservedFrame& j, const Camera& camera
   Pair pair;
   pair.p = match(i.omega_p, j.omega_p, options.match);
   pair.m = match(i.omega_m, j.omega_m, options.match);
-  for (const auto* group : {&pair.p, &pair.m})
-    for (const Match& match : *group)
-      pair.all.push_back({i.x[match.a], j.x[match.b], i.sigma[match.a], j.sigma[match.b]});
+  pair.all = correspondences(i, j, pair.p, pair.m);
   pair.relative =
       estimate_relative_pose(pair.all, camera.radians_per_pixel(), options.relative_pose);
   return pair;
@@ -75,6 +74,9 @@ StartStep judge(const Pair& pair, const std::vector<StartPoint>& points,
     step.reason = Reason::kTooFewMatches;
     step.detail =
         join(matches, " matches with the anchor image, wanted ", options.start.min_matches);
+  } else if (pair.relative.reason == Reason::kRelativePoseFailed) {
+    step.reason = pair.relative.reason;
+    step.detail = join("no relative pose fits enough of ", matches, " matches");
   } else if (!pair.relative.ok()) {
     step.reason = pair.relative.reason;
     step.detail = join("rotation alone explains ", pair.relative.rotation.num_inliers, " of ",
@@ -97,15 +99,16 @@ StartStep judge(const Pair& pair, const std::vector<StartPoint>& points,
   return step;
 }
 
-Map build_map(const ObservedFrame& i, const ObservedFrame& j, const Pair& pair,
-              const std::vector<StartPoint>& points, const Camera& camera,
-              const MapperOptions& options) {
+// The map of the two, solved once; nothing when the filter did not keep enough of it.
+std::optional<Map> build_map(const ObservedFrame& i, const ObservedFrame& j, const Pair& pair,
+                             const std::vector<StartPoint>& points, const Camera& camera,
+                             const MapperOptions& options) {
   Map map(camera, options);
   map.add_keyframe(i, Rigid3());
   map.add_keyframe(j, Rigid3(pair.relative.pose.i_from_j, pair.relative.pose.direction));
   for (const StartPoint& point : points) {
     const int track = map.add_track({0, point.match.a});
-    map.add_sight(track, {1, point.match.b});
+    if (!map.add_sight(track, {1, point.match.b})) continue;  // matches need not be mutual
     map.promote(track, point.point.point, point.point.covariance);
   }
   std::vector<Match> edge;
@@ -119,7 +122,8 @@ Map build_map(const ObservedFrame& i, const ObservedFrame& j, const Pair& pair,
     if (map.keyframe(0).track[m.a] != kNoTrack || map.keyframe(1).track[m.b] != kNoTrack) continue;
     map.add_sight(map.add_track({0, m.a}), {1, m.b});
   }
-  map.update();
+  if (map.update().reason != Reason::kNone || map.num_landmarks() < options.start.min_points)
+    return std::nullopt;
   for (int k : {0, 1}) map.keyframe(k).num_tracked = map.num_landmarks();
   return map;
 }
@@ -179,8 +183,13 @@ StartStep MapStart::compare_with_anchor(const ObservedFrame& observed) const {
   StartStep step = judge(pair, points, options_);
   if (step.reason != Reason::kNone) return step;
 
-  step.started.emplace(
-      StartedMap{build_map(anchor, observed, pair, points, camera_, options_), {}});
+  std::optional<Map> map = build_map(anchor, observed, pair, points, camera_, options_);
+  if (!map) {
+    step.reason = Reason::kTooFewPoints;
+    step.detail = join("the filter kept too few of ", points.size(), " points");
+    return step;
+  }
+  step.started.emplace(StartedMap{std::move(*map), {}});
   StartedMap& started = *step.started;
   for (std::size_t k = 0; k < frames_.size(); ++k) {
     const auto pose = k == anchor_ ? std::optional<Rigid3>(started.map.pose(0))

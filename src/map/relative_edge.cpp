@@ -12,9 +12,12 @@ namespace {
 std::vector<Match> choose_unspent(const Map& map, int i, int j, const std::vector<Match>& matches,
                                   const EdgeOptions& options) {
   std::vector<Match> unspent;
-  for (const Match& match : matches)
-    if (!map.keyframe(i).spent[match.a] && !map.keyframe(j).spent[match.b])
-      unspent.push_back(match);
+  std::vector<std::uint8_t> spent_i = map.keyframe(i).spent, spent_j = map.keyframe(j).spent;
+  for (const Match& match : matches) {
+    if (spent_i[match.a] || spent_j[match.b]) continue;
+    spent_i[match.a] = spent_j[match.b] = 1;  // matches need not be mutual
+    unspent.push_back(match);
+  }
   const auto share = static_cast<std::size_t>(options.max_spent_ratio * matches.size());
   const std::size_t wanted =
       std::max<std::size_t>(share, static_cast<std::size_t>(options.min_measurements) * 6 / 5);
@@ -44,10 +47,10 @@ bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, Relativ
       !(start.sigma_direction < options.max_sigma_direction_deg * kDegree))
     return false;
   if (!map.filter().add_edge(i, j, start)) return false;
-  for (std::size_t k = 0; k < chosen.size(); ++k) {
-    if (!inlier[k]) continue;
-    map.keyframe(i).spent[chosen[k].a] = 1;
-    map.keyframe(j).spent[chosen[k].b] = 1;
+  // The outliers too: those near the limit had a part in R and T.
+  for (const Match& match : chosen) {
+    map.keyframe(i).spent[match.a] = 1;
+    map.keyframe(j).spent[match.b] = 1;
   }
   return true;
 }

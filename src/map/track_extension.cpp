@@ -71,15 +71,17 @@ TriangulatedPoint triangulate_track(Map& map, int track, const LandmarkOptions& 
   return triangulate(sightings_of(map, map.track(track).sights));
 }
 
-// A keypoint that a known landmark fits joins it.
-bool join_landmark(Map& map, int track, const Sight& sight, const LandmarkOptions& options) {
+// A keypoint that a known landmark fits joins it, and leaves the candidate it was in.
+void join_landmark(Map& map, int track, const Sight& sight, const LandmarkOptions& options) {
   const ObservedFrame& observed = map.keyframe(sight.keyframe).observed;
   PointMeasurement measurement;
   measurement.pose = sight.keyframe;
   measurement.x = observed.x[sight.keypoint];
   measurement.sigma = observed.sigma[sight.keypoint];
-  if (map.filter().error(map.track(track).landmark, measurement) > options.max_error) return false;
-  return map.add_sight(track, sight);
+  if (map.filter().error(map.track(track).landmark, measurement) > options.max_error) return;
+  const int candidate = map.keyframe(sight.keyframe).track[sight.keypoint];
+  if (candidate != kNoTrack) map.remove_sight(candidate, sight.keyframe);
+  map.add_sight(track, sight);
 }
 
 // One match of the new keyframe with a neighbour. `touched` collects the candidates that grew.
@@ -87,11 +89,8 @@ void take_match(Map& map, const Sight& fresh, const Sight& old, const LandmarkOp
                 std::vector<int>& touched) {
   const int fresh_track = map.keyframe(fresh.keyframe).track[fresh.keypoint];
   const int old_track = map.keyframe(old.keyframe).track[old.keypoint];
-  if (old_track != kNoTrack && map.track(old_track).is_landmark()) {
-    if (fresh_track != kNoTrack) map.remove_sight(fresh_track, fresh.keyframe);
-    join_landmark(map, old_track, fresh, options);
-    return;
-  }
+  if (old_track != kNoTrack && map.track(old_track).is_landmark())
+    return join_landmark(map, old_track, fresh, options);
   if (fresh_track == kNoTrack && old_track == kNoTrack) {
     const int track = map.add_track(old);
     map.add_sight(track, fresh);
@@ -103,12 +102,12 @@ void take_match(Map& map, const Sight& fresh, const Sight& old, const LandmarkOp
   }
 }
 
-bool good_enough(const Map& map, const Track& track, const TriangulatedPoint& point,
+bool good_enough(const Track& track, const TriangulatedPoint& point,
                  const LandmarkOptions& options) {
   return point.valid && static_cast<int>(track.sights.size()) >= options.min_views &&
          point.max_parallax > options.min_parallax_deg * kDegree &&
          point.max_error < options.max_error &&
-         point.relative_depth_sigma < options.max_relative_depth && map.num_keyframes() >= 2;
+         point.relative_depth_sigma < options.max_relative_depth;
 }
 
 }  // namespace
@@ -122,7 +121,7 @@ int extend_tracks(Map& map, int keyframe, const MapperOptions& options) {
   std::vector<int> touched;
   for (int k : neighbours) {
     const double baseline = (map.pose(k).translation - map.pose(keyframe).translation).norm();
-    if (baseline < 0.01 * depth) continue;  // no epipolar line to check against
+    if (baseline < 0.02 * depth) continue;  // the pose's own error would make the depths
     const ObservedFrame& old_frame = map.keyframe(k).observed;
     const std::vector<Match> matches = match_along_epipolar_lines(
         old_frame, old_frame.omega_m.index, map.keyframe(keyframe).observed,
@@ -135,7 +134,7 @@ int extend_tracks(Map& map, int keyframe, const MapperOptions& options) {
   int promoted = 0;
   for (int track : touched) {
     const TriangulatedPoint point = triangulate_track(map, track, options.landmark);
-    if (!good_enough(map, map.track(track), point, options.landmark)) continue;
+    if (!good_enough(map.track(track), point, options.landmark)) continue;
     map.promote(track, point.point, point.covariance);
     ++promoted;
   }

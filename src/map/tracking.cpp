@@ -13,17 +13,6 @@ namespace {
 // How many keyframes around the reference make the local map.
 constexpr int kLocalKeyframes = 12;
 
-std::vector<Correspondence> correspondences(const ObservedFrame& i, const ObservedFrame& j,
-                                            const std::vector<Match>& p,
-                                            const std::vector<Match>& m) {
-  std::vector<Correspondence> all;
-  all.reserve(p.size() + m.size());
-  for (const auto* group : {&p, &m})
-    for (const Match& match : *group)
-      all.push_back({i.x[match.a], j.x[match.b], i.sigma[match.a], j.sigma[match.b]});
-  return all;
-}
-
 // The landmark's own uncertainty, as it shows from the pose, is a part of the measurement's sigma:
 // a young landmark may be off by pixels along its ray and still be right.
 std::vector<MapObservation> map_observations(const Map& map, const ObservedFrame& observed,
@@ -89,10 +78,14 @@ void refine_on_local_map(const Map& map, const ObservedFrame& observed,
   tracking.reason = refined.reason;
   tracking.world_from_camera = refined.world_from_camera;
   tracking.covariance = refined.covariance;
-  if (!refined.ok()) {
+  const int wanted = std::max(
+      options.absolute_pose.min_inliers,
+      static_cast<int>(options.tracking.min_inlier_ratio * static_cast<double>(found.size())));
+  if (!refined.ok() || refined.num_inliers < wanted) {
+    tracking.reason = Reason::kTooFewInliers;
     std::ostringstream detail;
     detail << refined.num_inliers << " of " << found.size() << " map features agree, wanted "
-           << options.absolute_pose.min_inliers;
+           << wanted;
     tracking.detail = detail.str();
   }
 }
@@ -112,7 +105,9 @@ bool try_pose(const Map& map, const ObservedFrame& observed, const Rigid3& guess
 bool try_scale_fit(const Map& map, const ObservedFrame& observed, const Rigid3& last,
                    const std::vector<LandmarkSight>& sights, const MapperOptions& options,
                    Tracking& tracking) {
+  if (static_cast<int>(sights.size()) < options.scale_fit.min_inliers) return false;
   const Rigid3 guess = guess_along_line(map, tracking.reference, tracking.relative.pose, last);
+  if (guess.translation == map.pose(tracking.reference).translation) return false;  // no line
   const ScaleFit fit = fit_scale(map.pose(tracking.reference).translation, guess,
                                  map_observations(map, observed, guess, sights), options.scale_fit);
   if (!fit.ok()) return false;
@@ -136,7 +131,10 @@ bool try_pnp(const Map& map, const ObservedFrame& observed,
   const AbsolutePose pose =
       solve_pnp(map_observations(map, observed, map.pose(tracking.reference), sights),
                 map.radians_per_pixel(), options.absolute_pose);
-  if (!pose.ok()) return false;
+  // These matches were made without a guess, so that they can speak against it.
+  if (!pose.ok() ||
+      pose.num_inliers < options.tracking.min_inlier_ratio * static_cast<double>(sights.size()))
+    return false;
   tracking.world_from_camera = pose.world_from_camera;
   tracking.source = source;
   refine_on_local_map(map, observed, options, tracking);
@@ -177,6 +175,17 @@ bool track_against(const Map& map, const ObservedFrame& observed, int reference,
 }
 
 }  // namespace
+
+std::vector<Correspondence> correspondences(const ObservedFrame& i, const ObservedFrame& j,
+                                            const std::vector<Match>& p,
+                                            const std::vector<Match>& m) {
+  std::vector<Correspondence> all;
+  all.reserve(p.size() + m.size());
+  for (const auto* group : {&p, &m})
+    for (const Match& match : *group)
+      all.push_back({i.x[match.a], j.x[match.b], i.sigma[match.a], j.sigma[match.b]});
+  return all;
+}
 
 Tracking track_frame(const Map& map, const ObservedFrame& observed, int reference,
                      const Rigid3& last, const MapperOptions& options) {

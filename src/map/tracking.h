@@ -17,6 +17,11 @@ struct LandmarkSight {
   int track = 0, keypoint = 0;
 };
 
+// The matches of two frames for the relative pose: of Omega_p (`p`), then of Omega_m (`m`).
+std::vector<Correspondence> correspondences(const ObservedFrame& i, const ObservedFrame& j,
+                                            const std::vector<Match>& p,
+                                            const std::vector<Match>& m);
+
 struct Tracking {
   Reason reason = Reason::kTooFewInliers;  // kNone: tracked
   std::string detail;                      // the reason's numbers

@@ -161,6 +161,38 @@ TEST(InformationFilter, FollowsTheEquationToTheLetterWhenNeverLinearizedAgain) {
   EXPECT_LT(pose_error(once, world.filter.pose(4)).norm(), 1e-8);
 }
 
+TEST(InformationFilter, ALandmarkBehindItsCamerasCostsOnlyItself) {
+  FilterWorld world = make_filter_world({.seed = 13});
+  const int behind = world.filter.add_landmark({0, 0, -5}, Eigen::Matrix3d::Identity());
+  for (int p = 0; p < 3; ++p) world.filter.add_measurement(behind, p, {0, 0}, 0.002);
+  EXPECT_EQ(world.filter.update().reason, Reason::kNone);
+  EXPECT_TRUE(world.filter.landmark(behind).measurements.empty());
+  EXPECT_LT(pose_error(world.poses[8], world.filter.pose(8)).norm(), 0.1);
+}
+
+TEST(InformationFilter, AWrongEdgeGoesWithoutTakingSightsAlong) {
+  FilterWorld clean = make_filter_world({.seed = 15});
+  FilterWorld disturbed = make_filter_world({.seed = 15});
+  RelativePose wrong;  // turned by a third of a radian, and sure of it
+  wrong.i_from_j = so3_exp({0, 0.3, 0});
+  wrong.direction = Eigen::Vector3d::UnitY();
+  wrong.covariance.setIdentity();
+  wrong.covariance *= 1e-8;
+  ASSERT_TRUE(disturbed.filter.add_edge(5, 6, wrong));
+  const FilterUpdate expected = clean.filter.update();
+  const FilterUpdate update = disturbed.filter.update();
+  EXPECT_EQ(update.dropped_edges, 1);
+  EXPECT_EQ(disturbed.filter.num_edges(), 0);
+  EXPECT_LE(update.dropped.size(), expected.dropped.size() + 2);
+  EXPECT_LT(pose_error(clean.filter.pose(6), disturbed.filter.pose(6)).norm(), 1e-2);
+}
+
+TEST(InformationFilter, KnowsNoCovarianceBeforeItHasSolved) {
+  FilterWorld world = make_filter_world({.seed = 17});
+  PoseBlock covariance;
+  EXPECT_FALSE(world.filter.pose_covariance(3, covariance));
+}
+
 TEST(InformationFilter, RefusesMisuse) {
   InformationFilter filter({}, 0.002);
   const int landmark = filter.add_landmark({0, 0, 5}, Eigen::Matrix3d::Identity());

@@ -129,7 +129,6 @@ TEST(Map, AKeyframeIsNotBuiltOnSand) {
   Map map = scene_with_landmarks(world, 5);
   map.update();
   MapperOptions options;
-  const ObservedFrame observed = observed_view(world, 9, scene_pose(6));
   Tracking tracking;
   tracking.reason = Reason::kNone;
   tracking.reference = 4;
@@ -138,13 +137,13 @@ TEST(Map, AKeyframeIsNotBuiltOnSand) {
   for (int t = 0; t < map.num_tracks(); ++t)
     if (map.track(t).is_landmark()) tracking.sights.push_back({t, 0});
   ASSERT_GT(static_cast<int>(tracking.sights.size()), options.keyframe.min_inliers);
-  EXPECT_TRUE(wants_keyframe(map, observed, tracking, options));
+  EXPECT_TRUE(wants_keyframe(map, tracking, options));
   Tracking uncertain = tracking;  // half a unit, with a baseline of one
   uncertain.covariance *= 0.25e6;
-  EXPECT_FALSE(wants_keyframe(map, observed, uncertain, options));
+  EXPECT_FALSE(wants_keyframe(map, uncertain, options));
   Tracking few = tracking;
   few.sights.resize(static_cast<std::size_t>(options.keyframe.min_inliers) - 1);
-  EXPECT_FALSE(wants_keyframe(map, observed, few, options));
+  EXPECT_FALSE(wants_keyframe(map, few, options));
 }
 
 }  // namespace

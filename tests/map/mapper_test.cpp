@@ -139,6 +139,36 @@ TEST(Mapper, LosesItselfInTheDarkAndFindsItselfAgain) {
   EXPECT_EQ(mapper.statistics().starts, 1);
 }
 
+TEST(Mapper, APublisherStartedAgainFindsItsMap) {
+  const SyntheticStream world;
+  Mapper mapper(synthetic_camera(), {});
+  for (int i = 0; i < 30; ++i) mapper.process(world.view(i, sideways(i)));
+  FeatureFrame again = world.view(0, sideways(5));  // the same recording from its start
+  again.publisher = 8;
+  const FrameResult result = mapper.process(again);
+  EXPECT_FALSE(result.rejected);
+  EXPECT_EQ(result.source, PoseSource::kRelocalized);
+  EXPECT_EQ(mapper.statistics().starts, 1);
+}
+
+TEST(Mapper, OneWildTimeStampDoesNotLockTheInput) {
+  const SyntheticStream world;
+  Mapper mapper(synthetic_camera(), {});
+  for (int i = 0; i < 30; ++i) mapper.process(world.view(i, sideways(i)));
+  FeatureFrame wild = world.view(30, sideways(30));
+  wild.time_us = 100'000'000'000'000;
+  mapper.process(wild);
+  int refused = 0;
+  FrameResult result;
+  for (int i = 31; i < 70; ++i) {
+    result = mapper.process(world.view(i, sideways(30)));
+    refused += result.rejected;
+  }
+  EXPECT_EQ(refused, 30);
+  EXPECT_EQ(result.state, TrackingState::kTracking);
+  EXPECT_EQ(mapper.statistics().starts, 1);
+}
+
 TEST(Mapper, BeginsANewMapWhereNothingIsKnown) {
   const SyntheticStream here(1), elsewhere(99);
   Mapper mapper(synthetic_camera(), {});
