@@ -124,6 +124,39 @@ TEST(Map, AWrongSightDoesNotKeepACandidateFromBecomingALandmark) {
   EXPECT_EQ(tried, 10);
 }
 
+// A keyframe at scene_pose(6) whose landmarks are seen where they are, tracked to `tracked`.
+Insertion insert_at(Map& map, const SyntheticStream& world, const Rigid3& tracked) {
+  ObservedFrame observed = observed_view(world, 9, scene_pose(6));
+  Tracking tracking;
+  tracking.reason = Reason::kNone;
+  tracking.reference = 4;
+  tracking.world_from_camera = tracked;
+  for (int t = 0; t < map.num_tracks(); ++t) {
+    if (!map.track(t).is_landmark()) continue;
+    const Sight& known = map.track(t).sights.front();
+    const float name =
+        map.keyframe(known.keyframe).observed.frame.keypoints[known.keypoint].response;
+    for (int keypoint : observed.omega_m.index)
+      if (observed.frame.keypoints[keypoint].response == name)
+        tracking.sights.push_back({t, keypoint});
+  }
+  EXPECT_GT(tracking.sights.size(), 40u);
+  return insert_keyframe(map, std::move(observed), tracking, {});
+}
+
+TEST(Map, AKeyframeThatTheFilterMovesFarIsAScaleJump) {
+  const SyntheticStream world;
+  Map map = scene_with_landmarks(world, 5);
+  map.update();
+  Map same = scene_with_landmarks(world, 5);
+  same.update();
+  EXPECT_EQ(insert_at(map, world, scene_pose(6)).reason, Reason::kNone);
+  // Tracked to twice the distance, against all that its landmarks say.
+  const Eigen::Vector3d from = scene_pose(4).translation, to = scene_pose(6).translation;
+  const Rigid3 too_far(scene_pose(6).rotation, from + 2 * (to - from));
+  EXPECT_EQ(insert_at(same, world, too_far).reason, Reason::kScaleJump);
+}
+
 TEST(Map, AKeyframeIsNotBuiltOnSand) {
   const SyntheticStream world;
   Map map = scene_with_landmarks(world, 5);
