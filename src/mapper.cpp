@@ -7,11 +7,9 @@
 
 #include "frame_check.h"
 #include "map/keyframe_insertion.h"
-#include "map/map.h"
-#include "map/map_news.h"
+#include "map/live_map.h"
 #include "map/map_start.h"
 #include "map/tracking.h"
-#include "map/trajectory_log.h"
 
 namespace eifmap {
 namespace {
@@ -41,52 +39,6 @@ Eigen::Matrix<double, 6, 6> centre_first(const Eigen::Matrix<double, 6, 6>& rota
   out << rotation_first.bottomRightCorner<3, 3>(), rotation_first.bottomLeftCorner<3, 3>(),
       rotation_first.topRightCorner<3, 3>(), rotation_first.topLeftCorner<3, 3>();
   return out;
-}
-
-// A map with all that belongs to it.
-struct LiveMap {
-  explicit LiveMap(Map started) : map(std::move(started)) {}
-  Map map;
-  MapNews news;
-  TrajectoryLog log;
-  int reference = 0;    // keyframe that frames are related to
-  Rigid3 last;          // pose of the last tracked frame
-  int next_to_try = 0;  // keyframe: relocalization goes round all of them
-};
-
-// A map that was given up: what is left of it.
-struct FinishedMap {
-  std::vector<TimedPose> trajectory, keyframes;
-  std::vector<MapPoint> points;
-};
-
-FinishedMap finish(const LiveMap& live) {
-  FinishedMap finished;
-  finished.trajectory = live.log.in(live.map);
-  for (int k = 0; k < live.map.num_keyframes(); ++k)
-    finished.keyframes.push_back({live.map.keyframe(k).observed.frame.time_us, live.map.pose(k)});
-  for (int t = 0; t < live.map.num_tracks(); ++t) {
-    const Track& track = live.map.track(t);
-    if (!track.is_landmark()) continue;
-    const Sight& s = track.sights.front();
-    finished.points.push_back(
-        {live.map.position(t),
-         live.map.keyframe(s.keyframe).observed.frame.keypoints[s.keypoint].laplacian_sign,
-         static_cast<int>(track.sights.size())});
-  }
-  return finished;
-}
-
-// The keyframe that shares the most of the frame's landmarks, if it is clearly a better reference
-// than the present one: on a way back the old keyframes serve again.
-int better_reference(const Map& map, const Tracking& tracking) {
-  std::vector<int> shared(map.num_keyframes(), 0);
-  for (const LandmarkSight& sight : tracking.sights)
-    for (const Sight& s : map.track(sight.track).sights) ++shared[s.keyframe];
-  int best = tracking.reference;
-  for (int k = 0; k < map.num_keyframes(); ++k)
-    if (shared[k] > 1.2 * shared[tracking.reference] && shared[k] > shared[best]) best = k;
-  return best;
 }
 
 }  // namespace

@@ -1,0 +1,32 @@
+#include "map/live_map.h"
+
+namespace eifmap {
+
+FinishedMap finish(const LiveMap& live) {
+  FinishedMap finished;
+  finished.trajectory = live.log.in(live.map);
+  for (int k = 0; k < live.map.num_keyframes(); ++k)
+    finished.keyframes.push_back({live.map.keyframe(k).observed.frame.time_us, live.map.pose(k)});
+  for (int t = 0; t < live.map.num_tracks(); ++t) {
+    const Track& track = live.map.track(t);
+    if (!track.is_landmark()) continue;
+    const Sight& s = track.sights.front();
+    finished.points.push_back(
+        {live.map.position(t),
+         live.map.keyframe(s.keyframe).observed.frame.keypoints[s.keypoint].laplacian_sign,
+         static_cast<int>(track.sights.size())});
+  }
+  return finished;
+}
+
+int better_reference(const Map& map, const Tracking& tracking) {
+  std::vector<int> shared(map.num_keyframes(), 0);
+  for (const LandmarkSight& sight : tracking.sights)
+    for (const Sight& s : map.track(sight.track).sights) ++shared[s.keyframe];
+  int best = tracking.reference;
+  for (int k = 0; k < map.num_keyframes(); ++k)
+    if (shared[k] > 1.2 * shared[tracking.reference] && shared[k] > shared[best]) best = k;
+  return best;
+}
+
+}  // namespace eifmap

@@ -1,0 +1,36 @@
+// A map in use, with all that belongs to it, and what is left of one that was given up.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "map/map.h"
+#include "map/map_news.h"
+#include "map/tracking.h"
+#include "map/trajectory_log.h"
+#include "map_view.h"
+
+namespace eifmap {
+
+struct LiveMap {
+  explicit LiveMap(Map started) : map(std::move(started)) {}
+  Map map;
+  MapNews news;
+  TrajectoryLog log;
+  int reference = 0;    // keyframe that frames are related to
+  Rigid3 last;          // pose of the last tracked frame
+  int next_to_try = 0;  // keyframe: relocalization goes round all of them
+};
+
+struct FinishedMap {
+  std::vector<TimedPose> trajectory, keyframes;
+  std::vector<MapPoint> points;
+};
+
+FinishedMap finish(const LiveMap& live);
+
+// The keyframe that shares the most of the frame's landmarks, if it is clearly a better reference
+// than the present one: on a way back the old keyframes serve again.
+int better_reference(const Map& map, const Tracking& tracking);
+
+}  // namespace eifmap
