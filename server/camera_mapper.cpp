@@ -75,15 +75,22 @@ void CameraMapper::begin_map(const std::string& camera, const Camera& calibratio
   record_ = {};
   timer_ = {};
   mapper_.emplace(calibration, config_.mapper);
-  mapper_->set_step_observer(
-      [this](std::string_view step, bool begins) { timer_.observe(step, begins); });
+  mapper_->set_step_observer([this](std::string_view step, bool begins) {
+    timer_.observe(step, begins);
+    if (step_observer_) step_observer_(step, begins);
+  });
 }
 
 CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes bytes) {
   const Camera* camera = calibration_of(channel.camera);
   if (!camera) return {rejected(Reason::kNoCalibration, "camera " + channel.camera), {}};
   timer_.begin_frame();
-  Decoded<FeatureFrame> frame = read_frame(channel, bytes, *camera);
+  Decoded<FeatureFrame> frame;
+  try {
+    frame = read_frame(channel, bytes, *camera);
+  } catch (const std::exception& error) {
+    frame = Decoded<FeatureFrame>::refuse(Reason::kInternalError, error.what());
+  }
   if (frame.ok() && !mapper_) {
     begin_map(channel.camera, *camera);
     timer_.begin_frame();
@@ -144,8 +151,12 @@ CameraMapper::Mapped CameraMapper::map(const FeatureFrame& frame) {
   try {
     mapped.result = mapper_->process(frame);
     if (mapped.result.map_updated) mapped.update = mapper_->map_update();
+  } catch (const std::invalid_argument& error) {
+    // A fault of ours, met before anything was done: it costs this frame.
+    return {rejected(Reason::kInternalError, error.what()), {}};
   } catch (const std::exception& error) {
-    // A fault of ours: the map is no longer to be trusted, the next frame begins another.
+    // A fault of ours, and who knows what was half done: the map is no longer to be trusted, the
+    // next frame begins another.
     begin_map(frame.camera, *calibration_of(frame.camera));
     return {rejected(Reason::kFilterFailed, std::string("the map was given up: ") + error.what()),
             {}};

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -45,6 +46,11 @@ class CameraMapper {
   // Frames that the server itself dropped before the next one are no gap in their numbers.
   void note_dropped(std::int64_t frames) { dropped_ += frames; }
 
+  // Also told of the mapper's steps; see Mapper. What it throws at a step's begin is a fault there.
+  void set_step_observer(std::function<void(std::string_view, bool)> observer) {
+    step_observer_ = std::move(observer);
+  }
+
   const std::string& camera() const { return camera_; }  // that is mapped; "" none yet
   MapperStatistics statistics() const;
   std::int64_t sequence_gaps() const { return sequence_gaps_; }
@@ -71,6 +77,7 @@ class CameraMapper {
   std::int64_t publisher_ = 0, last_seq_ = -1, dropped_ = 0, sequence_gaps_ = 0;
   RunRecord record_;
   StepTimer timer_;
+  std::function<void(std::string_view, bool)> step_observer_;
 };
 
 }  // namespace eifmap

@@ -52,9 +52,12 @@ class MappingServer {
 
   // In the mapping thread:
   void run();
-  void handle(const Received& message);
+  template <class Action>
+  void guarded(Action action);
+  void take_turn();
   void take_calibration(const Received& message);
   void take_frame(const Received& message);
+  CameraMapper::Mapped map_frame(const Received& message);
   void publish_map(const MapUpdate& update, std::int64_t time_us);
   void tell_changes();
   status_t publish_status(bool new_period);

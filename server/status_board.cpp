@@ -64,6 +64,7 @@ void StatusBoard::note_frame(const FrameResult& result, TimePoint received, Time
   if (result.rejected) {
     ++rejected_;
     malformed_ += result.reason == Reason::kMalformedMessage ? 1 : 0;
+    faults_ += result.reason == Reason::kInternalError ? 1 : 0;
     note_reason(result.reason, result.detail);
     return;
   }
@@ -82,6 +83,11 @@ void StatusBoard::note_reason(Reason reason, const std::string& detail) {
   last_.rejected = reason != Reason::kCalibrationChanged;
   last_.reason = reason;
   last_.detail = detail;
+}
+
+void StatusBoard::note_fault(const std::string& detail) {
+  ++faults_;
+  note_reason(Reason::kInternalError, detail);
 }
 
 void StatusBoard::note_new_map() {
@@ -160,6 +166,7 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
     status.diagnostics.push_back(
         diagnostic("frames." + std::string(eifmap::describe(reason).name), count));
   status.diagnostics.push_back(diagnostic("send_failures", send_failures_));
+  status.diagnostics.push_back(diagnostic("internal_errors", faults_));
   status.num_diagnostics = static_cast<std::int32_t>(status.diagnostics.size());
   return status;
 }

@@ -21,6 +21,8 @@ class StatusBoard {
   void note_frame(const FrameResult& result, TimePoint received, TimePoint published);
   // Of a calibration, refused or changed.
   void note_reason(Reason reason, const std::string& detail);
+  // An exception that should not be: `detail` says which.
+  void note_fault(const std::string& detail);
   void note_new_map();  // the mapper begins again
   void note_stopping() { stopping_ = true; }
   void note_part_sent() { ++parts_sent_; }
@@ -45,7 +47,8 @@ class StatusBoard {
 
   status_t identity_;  // what never changes
   FrameResult last_;   // the last frame's; its state is the mapper's last
-  std::int64_t processed_ = 0, rejected_ = 0, malformed_ = 0, parts_sent_ = 0, send_failures_ = 0;
+  std::int64_t processed_ = 0, rejected_ = 0, malformed_ = 0, parts_sent_ = 0, send_failures_ = 0,
+               faults_ = 0;
   std::vector<float> latencies_ms_;  // a ring
   std::size_t next_latency_ = 0;
   TimePoint period_begin_;

@@ -127,6 +127,48 @@ TEST(CameraMapper, ChangedCalibrationBeginsANewMapWithANewNumber) {
   EXPECT_TRUE(whole) << "the first update of a new map is a whole map";
 }
 
+TEST(CameraMapper, AFaultOfOursCostsTheFrameAndNotTheMap) {
+  const SyntheticStream stream;
+  CameraMapper mapper{ServerConfig{}};
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  FrameResult before;
+  for (int i = 0; i < 25; ++i) before = mapper.take_frame(kFeatures, bytes(stream.frame(i))).result;
+  ASSERT_EQ(before.state, TrackingState::kTracking);
+
+  mapper.set_step_observer([](std::string_view step, bool begins) {
+    if (step == "observe" && begins) throw std::invalid_argument("two of a kind");
+  });
+  const CameraMapper::Mapped fault = mapper.take_frame(kFeatures, bytes(stream.frame(25)));
+  EXPECT_TRUE(fault.result.rejected);
+  EXPECT_EQ(fault.result.reason, Reason::kInternalError);
+  EXPECT_EQ(fault.result.detail, "two of a kind");
+  EXPECT_FALSE(fault.update);
+
+  mapper.set_step_observer({});
+  const FrameResult after = mapper.take_frame(kFeatures, bytes(stream.frame(26))).result;
+  EXPECT_EQ(after.state, TrackingState::kTracking);
+  EXPECT_EQ(after.map_id, before.map_id);
+}
+
+TEST(CameraMapper, ImagesTooSmallForFeaturesAreRefused) {
+  ServerConfig config;
+  config.calibration = synthetic_camera();
+  config.calibration->width = 31;
+  config.calibration->height = 40;
+  config.calibration->cx = config.calibration->cy = 15;
+  ASSERT_EQ(config.problem(), "");
+  CameraMapper mapper(config);
+  ImageMessage image;
+  image.time_us = 1000;
+  image.width = image.row_stride = 31;
+  image.height = 40;
+  image.data.assign(31 * 40, 100);
+  const FrameResult result = mapper.take_frame(kImage, encode(to_message(image))).result;
+  EXPECT_TRUE(result.rejected);
+  EXPECT_EQ(result.reason, Reason::kBadImageSize);
+  EXPECT_NE(result.detail.find("32x32"), std::string::npos) << result.detail;
+}
+
 TEST(CameraMapper, GapsAreWhatNeverArrived) {
   const SyntheticStream stream;
   CameraMapper mapper{ServerConfig{}};

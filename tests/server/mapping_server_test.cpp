@@ -148,6 +148,55 @@ TEST(MappingServer, PublishesWhatTheMapperSaysToTheBit) {
   EXPECT_GT(last.parts_sent, 0);
 }
 
+// Whatever throws around the mapping, every frame is counted and the server says its last word.
+TEST(MappingServer, OutlivesWhatItsSurroundingsThrow) {
+  class BrittleBus : public Bus {
+   public:
+    void subscribe(const std::string&, int, Handler handler) override {
+      handlers_.push_back(std::move(handler));
+    }
+    void unsubscribe_all() override { handlers_.clear(); }
+    bool publish(const std::string& channel, Bytes bytes) override {
+      if (parse_channel(channel)->kind != ChannelKind::kStatus)
+        throw std::runtime_error("the wire is cut");
+      last = decode_status(bytes).value;
+      if (++statuses_ % 2 == 1) throw std::runtime_error("the wire is cut");
+      return true;
+    }
+    bool receive(std::chrono::milliseconds) override { return true; }
+    void deliver(const std::string& channel, Bytes bytes) { handlers_.front()(channel, bytes); }
+
+    status_t last{};
+
+   private:
+    std::vector<Handler> handlers_;
+    int statuses_ = 0;
+  } bus;
+  ServerConfig config = lossless();
+  config.status_period_s = 0.01;
+  int told = 0;
+  const auto faulty = [&told](const status_t&) {
+    ++told;
+    throw std::runtime_error("nobody listens");
+  };
+  const SyntheticStream stream;
+  MappingServer server(config, bus, faulty);
+  bus.deliver("eifmap.cam0.calibration",
+              encode(to_message(NamedCamera{1, "cam0", synthetic_camera()})));
+  for (int i = 0; i < 30; ++i)
+    bus.deliver("eifmap.cam0.features", encode(to_message(stream.frame(i))));
+  ASSERT_TRUE(server.wait_until_idle(60s));
+  server.stop();
+  EXPECT_GT(told, 0);
+  EXPECT_EQ(bus.last.frames_processed, 30);
+  EXPECT_EQ(bus.last.frames_rejected, 0);
+  EXPECT_EQ(bus.last.bad_messages, 0);
+  std::map<std::string, std::string> figures;
+  for (const diagnostic_t& entry : bus.last.diagnostics) figures[entry.key] = entry.value;
+  EXPECT_EQ(figures["internal_errors"], std::to_string(told));
+  EXPECT_GE(std::stoi(figures["send_failures"]), 30);
+}
+
 TEST(MappingServer, NewestAccountsForEveryFrame) {
   constexpr int kFrames = 200;
   const SyntheticStream stream;
