@@ -107,7 +107,6 @@ void MappingServer::take_turn() {
 
 void MappingServer::take_calibration(const Received& message) {
   const CameraMapper::Taken taken = mapper_.take_calibration(message.channel.camera, message.bytes);
-  if (taken.reason == Reason::kCalibrationChanged) board_.note_new_map();
   if (taken.reason != Reason::kNone) board_.note_reason(taken.reason, taken.detail);
 }
 
@@ -129,6 +128,11 @@ CameraMapper::Mapped MappingServer::map_frame(const Received& message) {
   mapper_.note_dropped(message.dropped_before);
   const bool was_open = mapper_.camera().empty();
   CameraMapper::Mapped mapped = mapper_.take_frame(message.channel, message.bytes);
+  if (!mapped.new_calibration.empty()) {
+    board_.note_new_map();
+    board_.note_reason(Reason::kCalibrationChanged, mapped.new_calibration);
+    tell_changes();  // before the frame has its own word
+  }
   if (was_open && !mapper_.camera().empty()) inbox_.select_camera(mapper_.camera());
   if (!mapped.result.rejected) {
     const PublishedPose pose{{server_epoch_, mapper_.camera()}, mapped.result};
@@ -176,7 +180,8 @@ status_t MappingServer::publish_status(bool new_period) {
       mapper_.camera(),
       {counts.frames, counts.dropped, counts.foreign, mapper_.sequence_gaps(), bad_channels_},
       mapper_.statistics(), now, new_period);
-  const std::string camera = mapper_.camera().empty() ? "server" : mapper_.camera();
+  const std::string camera =
+      mapper_.camera().empty() ? std::string(kNoCamera) : mapper_.camera();
   send(channel_name(camera, ChannelKind::kStatus), encode(status));
   return status;
 }
