@@ -1,6 +1,7 @@
 #include "server/mapping_server.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace eifmap {
 namespace {
@@ -70,17 +71,16 @@ void MappingServer::receive(const std::string& channel, Bytes bytes) {
 void MappingServer::run() {
   while (!stopping_) guarded([this] { take_turn(); });
   const Clock::time_point give_up = Clock::now() + kLastSend;
-  for (bool left = true; left;) {
-    left = false;  // unless there is more to send after this
-    guarded([&] {
-      left = parts_wait_;
-      const auto next = send_parts();
-      left = next && *next < give_up;
-      if (left) std::this_thread::sleep_until(*next);
-    });
-  }
+  guarded([&] {
+    for (auto next = send_parts(); next && *next < give_up; next = send_parts())
+      std::this_thread::sleep_until(*next);
+  });
+  board_.note_parts_left(outbox_.drop_all());
   board_.note_stopping();
-  guarded([this] { publish_status(true); });
+  guarded([this] {
+    const status_t last = publish_status(true);
+    if (on_change_) on_change_(last);
+  });
 }
 
 // Memory, or a fault of ours or of on_change: told, and the server goes on.
@@ -142,6 +142,8 @@ CameraMapper::Mapped MappingServer::map_frame(const Received& message) {
 }
 
 void MappingServer::publish_map(const MapUpdate& update, std::int64_t time_us) {
+  if (std::exchange(published_map_, update.map_id) != update.map_id)
+    board_.note_parts_dropped(outbox_.drop_all());  // of the map before, which is no more
   const std::string channel = channel_name(mapper_.camera(), ChannelKind::kMap);
   for (const MapPart& part : split_update(update, {server_epoch_, mapper_.camera()}, time_us,
                                           static_cast<std::size_t>(config_.max_part_bytes)))
@@ -180,8 +182,7 @@ status_t MappingServer::publish_status(bool new_period) {
       mapper_.camera(),
       {counts.frames, counts.dropped, counts.foreign, mapper_.sequence_gaps(), bad_channels_},
       mapper_.statistics(), now, new_period);
-  const std::string camera =
-      mapper_.camera().empty() ? std::string(kNoCamera) : mapper_.camera();
+  const std::string camera = mapper_.camera().empty() ? std::string(kNoCamera) : mapper_.camera();
   send(channel_name(camera, ChannelKind::kStatus), encode(status));
   return status;
 }

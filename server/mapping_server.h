@@ -22,7 +22,7 @@ namespace eifmap {
 
 class MappingServer {
  public:
-  // Told of each change of state or reason, in the mapping thread.
+  // Told of each change of state or reason and of the stop, in the mapping thread.
   using OnChange = std::function<void(const status_t&)>;
 
   // Subscribes on the bus, which must outlive the server and whose receive() somebody must call,
@@ -72,6 +72,7 @@ class MappingServer {
   CameraMapper mapper_;
   Outbox outbox_;
   StatusBoard board_;
+  std::int64_t published_map_ = 0;  // the map of the parts in the outbox
   std::pair<TrackingState, Reason> told_{};
   Clock::time_point next_status_, next_reason_;
   std::atomic<std::int64_t> bad_channels_ = 0;

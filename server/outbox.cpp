@@ -8,6 +8,12 @@ void Outbox::push(std::string channel, std::vector<std::uint8_t> bytes) {
   waiting_.push_back({std::move(channel), std::move(bytes)});
 }
 
+std::int64_t Outbox::drop_all() {
+  const auto dropped = static_cast<std::int64_t>(waiting_.size());
+  waiting_.clear();
+  return dropped;
+}
+
 std::optional<Outbox::TimePoint> Outbox::send_due(TimePoint now, const Send& send) {
   paid_until_ = std::max(paid_until_, now - duration(kBurstBytes));
   while (!waiting_.empty() && paid_until_ <= now) {

@@ -90,6 +90,11 @@ void StatusBoard::note_fault(const std::string& detail) {
   note_reason(Reason::kInternalError, detail);
 }
 
+void StatusBoard::note_parts_left(std::int64_t parts) {
+  parts_left_ += parts;
+  note_parts_dropped(parts);
+}
+
 void StatusBoard::note_new_map() {
   last_ = {};
 }
@@ -117,6 +122,9 @@ void StatusBoard::describe_state(status_t& status, const std::string& camera) co
   status.reason = static_cast<std::int16_t>(last_.reason);
   if (stopping_) {
     status.message = "the server was told to stop";
+    if (parts_left_ > 0)
+      status.message += "; " + std::to_string(parts_left_) +
+                        " parts of the map could not be sent in time: it is not whole";
   } else if (last_.reason != Reason::kNone) {
     const ReasonText& text = describe(last_.reason);
     status.message = text.text + (last_.detail.empty() ? "" : ": " + last_.detail);
@@ -166,6 +174,7 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
     status.diagnostics.push_back(
         diagnostic("frames." + std::string(eifmap::describe(reason).name), count));
   status.diagnostics.push_back(diagnostic("send_failures", send_failures_));
+  status.diagnostics.push_back(diagnostic("parts_dropped", parts_dropped_));
   status.diagnostics.push_back(diagnostic("internal_errors", faults_));
   status.num_diagnostics = static_cast<std::int32_t>(status.diagnostics.size());
   return status;
