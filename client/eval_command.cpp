@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <iostream>
+#include <optional>
 
 #include "client/commands.h"
 #include "sequence/number_text.h"
@@ -16,10 +17,13 @@ struct Options {
   TrajectoryErrorOptions error;
 };
 
-int count_times(const std::string& file) {
+// Nothing when the file cannot be read.
+std::optional<int> count_times(const std::string& file) {
   std::ifstream in(file);
+  if (!in) return {};
   int count = 0;
   for (std::string line; std::getline(in, line);) count += split_words(line).empty() ? 0 : 1;
+  if (!in.eof()) return {};
   return count;
 }
 
@@ -30,8 +34,14 @@ int run(Options& options) {
     spdlog::error(problem);
     return kFailed;
   }
-  if (options.error.num_frames == 0 && !options.times.empty())
-    options.error.num_frames = count_times(options.times);
+  if (options.error.num_frames == 0 && !options.times.empty()) {
+    const std::optional<int> count = count_times(options.times);
+    if (!count) {
+      spdlog::error("{}: cannot be read", options.times);
+      return kFailed;
+    }
+    options.error.num_frames = *count;
+  }
   const TrajectoryError error = trajectory_error(truth.poses, estimate.poses, options.error);
   std::cout << (options.json ? json_text(error) + "\n" : plain_text(error));
   if (error.aligned) return 0;

@@ -1,5 +1,6 @@
 #include "client/logger.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "convert/channel.h"
@@ -105,15 +106,18 @@ Logger::Logger(const std::filesystem::path& folder, const std::string& camera, B
       trajectory_(folder / "trajectory.tum"),
       poses_(folder / "poses.jsonl"),
       statuses_(folder / "status.jsonl") {
-  const auto subscribe = [&](ChannelKind kind, void (Logger::*handler)(const std::string&, Bytes)) {
-    bus.subscribe(channel_pattern(camera, kind), kQueue,
+  const auto subscribe = [&](std::string_view of, ChannelKind kind,
+                             void (Logger::*handler)(const std::string&, Bytes)) {
+    bus.subscribe(channel_pattern(of, kind), kQueue,
                   [this, handler](const std::string& channel, Bytes bytes) {
                     if (is_mine(channel)) (this->*handler)(channel, bytes);
                   });
   };
-  subscribe(ChannelKind::kPose, &Logger::receive_pose);
-  subscribe(ChannelKind::kStatus, &Logger::receive_status);
-  subscribe(ChannelKind::kMap, &Logger::receive_map);
+  subscribe(camera, ChannelKind::kPose, &Logger::receive_pose);
+  subscribe(camera, ChannelKind::kStatus, &Logger::receive_status);
+  subscribe(camera, ChannelKind::kMap, &Logger::receive_map);
+  if (!camera.empty() && camera != kNoCamera)
+    subscribe(kNoCamera, ChannelKind::kStatus, &Logger::receive_status);
 }
 
 Logger::~Logger() {
@@ -123,11 +127,14 @@ Logger::~Logger() {
 bool Logger::is_mine(const std::string& channel) {
   const auto parsed = parse_channel(channel);
   if (!parsed) return false;
+  return camera_.empty() || parsed->camera == camera_ || parsed->kind == ChannelKind::kStatus;
+}
+
+// Poses and map parts tell which server maps the camera, also when it was started anew.
+void Logger::take(const Origin& origin) {
+  if (camera_.empty()) camera_ = origin.camera;
+  server_epoch_ = std::max(server_epoch_.value_or(origin.server_epoch), origin.server_epoch);
   last_message_ = Clock::now();
-  // A server that has no camera yet speaks for itself: the status is anyone's.
-  if (parsed->kind == ChannelKind::kStatus) return true;
-  if (camera_.empty()) camera_ = parsed->camera;
-  return parsed->camera == camera_;
 }
 
 void Logger::receive_pose(const std::string&, Bytes bytes) {
@@ -136,6 +143,7 @@ void Logger::receive_pose(const std::string&, Bytes bytes) {
     ++counts_.malformed;
     return;
   }
+  take(pose.value.origin);
   const FrameResult& result = pose.value.result;
   ++counts_.poses;
   // Flushed line by line: a logger that is killed leaves what it had.
@@ -151,8 +159,17 @@ void Logger::receive_status(const std::string&, Bytes bytes) {
     ++counts_.malformed;
     return;
   }
+  const std::string& camera = status.value.camera;
+  const std::int64_t epoch = status.value.server_epoch;
+  if (camera_.empty()) camera_ = camera;
+  if ((!camera.empty() && camera != camera_) || (server_epoch_ && epoch != *server_epoch_)) return;
+  if (!camera.empty()) server_epoch_ = epoch;
+  last_message_ = Clock::now();
   ++counts_.statuses;
   statuses_ << line_of(json_of(status.value)) << std::flush;
+  // While the camera's server is not known, that one without a camera stops says nothing about it.
+  server_stopped_ = status.value.state == status_t::STATE_STOPPING &&
+                    (camera_.empty() || server_epoch_.has_value());
   last_status_ = std::move(status.value);
 }
 
@@ -162,6 +179,7 @@ void Logger::receive_map(const std::string&, Bytes bytes) {
     ++counts_.malformed;
     return;
   }
+  take(part.value.origin);
   ++counts_.map_parts;
   map_.add(part.value);
 }

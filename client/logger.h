@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "bus/bus.h"
@@ -23,7 +24,8 @@ class Logger {
 
   struct Opened;
   // Makes the folder and subscribes on the bus, which must outlive the logger. `camera`: "" takes
-  // the first that speaks, and only that one.
+  // the first that is heard of, and only that one. Statuses: of the server that maps it, and before
+  // that is known, of servers that have no camera yet.
   static Opened open(const std::filesystem::path& folder, const std::string& camera, Bus& bus);
 
   ~Logger();
@@ -36,9 +38,9 @@ class Logger {
   // These from the thread that calls bus.receive().
   const Counts& counts() const { return counts_; }
   const MapAssembler& map() const { return map_; }
-  const status_t& last_status() const { return last_status_; }  // zeros before the first
-  bool server_stopped() const { return last_status_.state == status_t::STATE_STOPPING; }
-  Clock::time_point last_message() const { return last_message_; }  // of any kind; first: open()
+  const status_t& last_status() const { return last_status_; }      // zeros before the first
+  bool server_stopped() const { return server_stopped_; }           // the one logged
+  Clock::time_point last_message() const { return last_message_; }  // that was taken; first: open()
 
   // Writes map.ply. Returns "" or what went wrong since open().
   std::string finish();
@@ -50,6 +52,7 @@ class Logger {
   void receive_status(const std::string& channel, Bytes bytes);
   void receive_map(const std::string& channel, Bytes bytes);
   bool is_mine(const std::string& channel);
+  void take(const Origin& origin);
 
   std::filesystem::path folder_;
   std::string camera_;
@@ -57,7 +60,9 @@ class Logger {
   std::ofstream trajectory_, poses_, statuses_;
   MapAssembler map_;
   Counts counts_;
+  std::optional<std::int64_t> server_epoch_;  // of the server that maps the camera
   status_t last_status_{};
+  bool server_stopped_ = false;
   Clock::time_point last_message_ = Clock::now();
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "convert/camera_message.h"
 #include "convert/feature_message.h"
@@ -27,6 +28,11 @@ std::string id_problem(std::int64_t calibration_id, const Camera& camera) {
   if (calibration_id == 0 || calibration_id == camera.id()) return "";
   return "the frame names calibration " + std::to_string(calibration_id) + ", known is " +
          std::to_string(camera.id());
+}
+
+std::string in_words(const Camera& camera) {
+  return "now " + std::to_string(camera.width) + "x" + std::to_string(camera.height) + ", fx " +
+         std::to_string(camera.fx) + " px";
 }
 
 const ServerConfig& checked(const ServerConfig& config) {
@@ -60,12 +66,31 @@ CameraMapper::Taken CameraMapper::take_calibration(const std::string& camera, By
             "the configuration's calibration is another, and is used"};
   if (!known && calibrations_.size() >= kMaxCameras)
     return {Reason::kBadCalibration, "calibrations of too many cameras"};
-  calibrations_[camera] = calibration;
-  if (!mapper_ || camera != camera_) return {};
-  begin_map(camera, calibration);
-  return {Reason::kCalibrationChanged, "now " + std::to_string(calibration.width) + "x" +
-                                           std::to_string(calibration.height) + ", fx " +
-                                           std::to_string(calibration.fx) + " px"};
+  if (known && mapper_ && camera == camera_) {
+    pending_[camera] = calibration;  // until a frame belongs to it
+  } else {
+    if (known) pending_[camera] = *known;
+    calibrations_[camera] = calibration;
+  }
+  return {};
+}
+
+// The one known, or the pending one when the frame can only belong to that.
+const Camera& CameraMapper::calibration_for(const std::string& camera, std::int64_t id, int width,
+                                            int height, const Camera& known) const {
+  const auto found = pending_.find(camera);
+  if (found == pending_.end() || id == known.id()) return known;
+  const Camera& pending = found->second;
+  if (id != 0) return id == pending.id() ? pending : known;
+  const bool fits_known = width == known.width && height == known.height;
+  const bool fits_pending = width == pending.width && height == pending.height;
+  return fits_pending && !fits_known ? pending : known;
+}
+
+// A good frame of the pending calibration has come: it is the one in use from now on.
+void CameraMapper::change_calibration(const std::string& camera) {
+  std::swap(calibrations_.at(camera), pending_.at(camera));
+  if (mapper_) begin_map(camera, calibrations_.at(camera));
 }
 
 void CameraMapper::begin_map(const std::string& camera, const Camera& calibration) {
@@ -75,22 +100,31 @@ void CameraMapper::begin_map(const std::string& camera, const Camera& calibratio
   record_ = {};
   timer_ = {};
   mapper_.emplace(calibration, config_.mapper);
-  mapper_->set_step_observer(
-      [this](std::string_view step, bool begins) { timer_.observe(step, begins); });
+  mapper_->set_step_observer([this](std::string_view step, bool begins) {
+    timer_.observe(step, begins);
+    if (step_observer_) step_observer_(step, begins);
+  });
 }
 
 CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes bytes) {
   const Camera* camera = calibration_of(channel.camera);
-  if (!camera) return {rejected(Reason::kNoCalibration, "camera " + channel.camera), {}};
+  if (!camera) return {rejected(Reason::kNoCalibration, "camera " + channel.camera), {}, ""};
   timer_.begin_frame();
-  Decoded<FeatureFrame> frame = read_frame(channel, bytes, *camera);
-  if (frame.ok() && !mapper_) {
-    begin_map(channel.camera, *camera);
-    timer_.begin_frame();
+  Decoded<FeatureFrame> frame;
+  try {
+    frame = read_frame(channel, bytes, *camera);
+  } catch (const std::exception& error) {
+    frame = Decoded<FeatureFrame>::refuse(Reason::kInternalError, error.what());
   }
   Mapped mapped;
+  if (frame.ok() && frame.value.calibration_id != camera->id()) {
+    change_calibration(channel.camera);
+    if (mapper_) mapped.new_calibration = in_words(*camera);
+  }
+  if (frame.ok() && !mapper_) begin_map(channel.camera, *camera);
+  if (frame.ok() && timer_.is_empty()) timer_.begin_frame();  // the map, and this, are new
   if (frame.ok())
-    mapped = map(frame.value);
+    map(frame.value, mapped);
   else
     mapped.result = rejected(frame.reason, std::move(frame.detail));
   timer_.end_frame();
@@ -98,10 +132,11 @@ CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes byte
   return mapped;
 }
 
+// The frame names the calibration that it belongs to: the known one or the pending one.
 Decoded<FeatureFrame> CameraMapper::read_frame(const Channel& channel, Bytes bytes,
-                                               const Camera& camera) {
+                                               const Camera& known) {
   using Result = Decoded<FeatureFrame>;
-  if (channel.kind == ChannelKind::kImage) return read_image(channel, bytes, camera);
+  if (channel.kind == ChannelKind::kImage) return read_image(channel, bytes, known);
   const TimedStep step(timer_, "decode");
   Result frame = decode_features(bytes);
   if (!frame.ok()) return frame;
@@ -109,6 +144,8 @@ Decoded<FeatureFrame> CameraMapper::read_frame(const Channel& channel, Bytes byt
     return Result::refuse(
         Reason::kMalformedMessage,
         "it names camera " + frame.value.camera + " on a channel of camera " + channel.camera);
+  const Camera& camera = calibration_for(channel.camera, frame.value.calibration_id,
+                                         frame.value.width, frame.value.height, known);
   if (std::string problem = id_problem(frame.value.calibration_id, camera); !problem.empty())
     return Result::refuse(Reason::kCalibrationMismatch, std::move(problem));
   frame.value.calibration_id = camera.id();
@@ -116,16 +153,20 @@ Decoded<FeatureFrame> CameraMapper::read_frame(const Channel& channel, Bytes byt
 }
 
 Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes bytes,
-                                               const Camera& camera) {
+                                               const Camera& known) {
   using Result = Decoded<FeatureFrame>;
   Decoded<ImageMessage> image;
   DecodedImage pixels;
+  std::int64_t calibration_id = 0;
   {
     const TimedStep step(timer_, "decode");
     image = decode_image(bytes);
     if (!image.ok()) return Result::refuse(image.reason, std::move(image.detail));
+    const Camera& camera = calibration_for(channel.camera, image.value.calibration_id,
+                                           image.value.width, image.value.height, known);
     if (std::string problem = id_problem(image.value.calibration_id, camera); !problem.empty())
       return Result::refuse(Reason::kCalibrationMismatch, std::move(problem));
+    calibration_id = camera.id();
     pixels = decode_pixels(image.value, camera);
     if (!pixels.ok()) return Result::refuse(pixels.reason, std::move(pixels.detail));
   }
@@ -134,21 +175,26 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
   Result frame;
   frame.value =
       extract_frame(extractor_, pixels.gray,
-                    {header.time_us, header.publisher, header.seq, channel.camera, camera.id()});
+                    {header.time_us, header.publisher, header.seq, channel.camera, calibration_id});
   return frame;
 }
 
-CameraMapper::Mapped CameraMapper::map(const FeatureFrame& frame) {
+void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
   count_gap(frame);
-  Mapped mapped;
   try {
     mapped.result = mapper_->process(frame);
     if (mapped.result.map_updated) mapped.update = mapper_->map_update();
+  } catch (const std::invalid_argument& error) {
+    // A fault of ours, met before anything was done: it costs this frame.
+    mapped.result = rejected(Reason::kInternalError, error.what());
+    return;
   } catch (const std::exception& error) {
-    // A fault of ours: the map is no longer to be trusted, the next frame begins another.
+    // A fault of ours, and who knows what was half done: the map is no longer to be trusted, the
+    // next frame begins another.
     begin_map(frame.camera, *calibration_of(frame.camera));
-    return {rejected(Reason::kFilterFailed, std::string("the map was given up: ") + error.what()),
-            {}};
+    mapped.result =
+        rejected(Reason::kFilterFailed, std::string("the map was given up: ") + error.what());
+    return;
   }
   if (mapped.update) {
     mapped.update->map_id += map_id_offset_;
@@ -159,7 +205,6 @@ CameraMapper::Mapped CameraMapper::map(const FeatureFrame& frame) {
     mapped.result.map_seq = map_seq_;
     last_map_id_ = mapped.result.map_id;
   }
-  return mapped;
 }
 
 void CameraMapper::count_gap(const FeatureFrame& frame) {

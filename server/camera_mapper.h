@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -29,21 +30,30 @@ class CameraMapper {
     Reason reason = Reason::kNone;
     std::string detail;
   };
-  // A calibration message of this camera. kNone: taken, or known already; kCalibrationChanged:
-  // taken, the map was given up and a new one begins. Else refused, and nothing has changed.
+  // A calibration message of this camera. kNone: taken, or known already. While the camera is being
+  // mapped, another calibration than the one in use waits for the first frame that belongs to it:
+  // that names its id or, naming none, has the size of only that one. Else refused, and nothing has
+  // changed.
   Taken take_calibration(const std::string& camera, Bytes bytes);
 
   struct Mapped {
     FrameResult result;               // rejected, with the reason, when it never reached the map
     std::optional<MapUpdate> update;  // when the frame changed the map
+    // When the frame is the first of another calibration, and so of a new map: that, in words.
+    std::string new_calibration;
   };
-  // An image or a feature frame: channel.kind says which. The first good frame of a calibrated
-  // camera decides which camera is mapped, unless the configuration does; frames of others must not
-  // be given from then on.
+  // An image or a feature frame: channel.kind says which. Unless the configuration names the
+  // camera, the first good frame of a calibrated one decides; from then on frames of other cameras
+  // must not be given.
   Mapped take_frame(const Channel& channel, Bytes bytes);
 
   // Frames that the server itself dropped before the next one are no gap in their numbers.
   void note_dropped(std::int64_t frames) { dropped_ += frames; }
+
+  // Also told of the mapper's steps; see Mapper. What it throws at a step's begin is a fault there.
+  void set_step_observer(std::function<void(std::string_view, bool)> observer) {
+    step_observer_ = std::move(observer);
+  }
 
   const std::string& camera() const { return camera_; }  // that is mapped; "" none yet
   MapperStatistics statistics() const;
@@ -55,15 +65,19 @@ class CameraMapper {
 
  private:
   const Camera* calibration_of(const std::string& camera) const;
-  Decoded<FeatureFrame> read_frame(const Channel& channel, Bytes bytes, const Camera& camera);
-  Decoded<FeatureFrame> read_image(const Channel& channel, Bytes bytes, const Camera& camera);
-  Mapped map(const FeatureFrame& frame);
+  const Camera& calibration_for(const std::string& camera, std::int64_t id, int width, int height,
+                                const Camera& known) const;
+  void change_calibration(const std::string& camera);
+  Decoded<FeatureFrame> read_frame(const Channel& channel, Bytes bytes, const Camera& known);
+  Decoded<FeatureFrame> read_image(const Channel& channel, Bytes bytes, const Camera& known);
+  void map(const FeatureFrame& frame, Mapped& mapped);
   void begin_map(const std::string& camera, const Camera& calibration);
   void count_gap(const FeatureFrame& frame);
 
   const ServerConfig config_;
   SurfExtractor extractor_;
-  std::map<std::string, Camera> calibrations_;  // by camera, from messages
+  std::map<std::string, Camera> calibrations_;  // in use, by camera, from messages
+  std::map<std::string, Camera> pending_;       // the last one heard that is not in use
   std::string camera_;
   std::optional<Mapper> mapper_;
   // A mapper counts its maps from 1; what is published goes on counting from the mapper before.
@@ -71,6 +85,7 @@ class CameraMapper {
   std::int64_t publisher_ = 0, last_seq_ = -1, dropped_ = 0, sequence_gaps_ = 0;
   RunRecord record_;
   StepTimer timer_;
+  std::function<void(std::string_view, bool)> step_observer_;
 };
 
 }  // namespace eifmap

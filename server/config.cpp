@@ -179,7 +179,7 @@ std::string ServerConfig::problem() const {
     return "status_period_s: must be 0.01 to 60";
   if (calibration && !calibration->problem().empty())
     return "calibration: " + calibration->problem();
-  if (const std::string found = surf.problem(); !found.empty()) return "surf." + found;
+  if (const std::string found = surf.problem(); !found.empty()) return found;
   if (const std::string found = mapper.problem(); !found.empty()) return "mapper." + found;
   return "";
 }

@@ -81,11 +81,19 @@ DecodedImage copy_gray(const ImageMessage& image) {
 
 }  // namespace
 
+std::string size_problem(int width, int height) {
+  if (width >= kMinImageSide && height >= kMinImageSide) return "";
+  return "the image is " + text(width, height) + ", wanted at least " +
+         text(kMinImageSide, kMinImageSide);
+}
+
 DecodedImage decode_pixels(const ImageMessage& image, const Camera& camera) {
   if (image.width != camera.width || image.height != camera.height)
     return refuse(Reason::kBadImageSize, "the image is " + text(image.width, image.height) +
                                              ", the calibration " +
                                              text(camera.width, camera.height));
+  if (std::string problem = size_problem(image.width, image.height); !problem.empty())
+    return refuse(Reason::kBadImageSize, std::move(problem));
   return image.format == PixelFormat::kMjpeg ? decode_jpeg(image, camera) : copy_gray(image);
 }
 

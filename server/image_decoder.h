@@ -9,6 +9,9 @@
 
 namespace eifmap {
 
+// Smaller ones hold no features.
+inline constexpr int kMinImageSide = 32;  // px
+
 struct DecodedImage {
   Reason reason = Reason::kNone;  // kNone: `gray` is valid
   std::string detail;
@@ -17,8 +20,11 @@ struct DecodedImage {
   bool ok() const { return reason == Reason::kNone; }
 };
 
+// "" or why features cannot be sought in an image of this size.
+std::string size_problem(int width, int height);
+
 // Refuses: kBadImageSize (not the camera's, by the message or by the JPEG's own header, which is
-// read before anything is allocated), kCorruptImage (not a JPEG, or cut off).
+// read before anything is allocated; or too small), kCorruptImage (not a JPEG, or cut off).
 DecodedImage decode_pixels(const ImageMessage& image, const Camera& camera);
 
 }  // namespace eifmap

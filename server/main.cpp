@@ -86,15 +86,20 @@ int run_recorded(SequenceRunOptions options, const ServerConfig& config, StopSig
   options.surf = config.surf;
   options.mapper = config.mapper;
   ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
+  bool interrupted = false;
   const std::string problem = run_sequence(options, [&](int done, int total) {
     bar.show(done, total);
-    return !signals.arrived();
+    interrupted = done < total && signals.arrived();
+    return !interrupted;
   });
   if (!problem.empty()) {
     spdlog::error(problem);
     return kFailed;
   }
-  spdlog::info("results are in {}", options.output.string());
+  if (interrupted)
+    spdlog::warn("interrupted: the results in {} are partial", options.output.string());
+  else
+    spdlog::info("results are in {}", options.output.string());
   return 0;
 }
 

@@ -1,6 +1,7 @@
 #include "server/mapping_server.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace eifmap {
 namespace {
@@ -68,53 +69,81 @@ void MappingServer::receive(const std::string& channel, Bytes bytes) {
 }
 
 void MappingServer::run() {
-  while (!stopping_) {
-    if (Clock::now() >= next_status_) publish_status(true);
-    const Clock::time_point deadline = std::min(next_status_, send_parts().value_or(next_status_));
-    if (const std::optional<Received> message = inbox_.take(deadline)) {
-      handle(*message);
-      tell_changes();
-    }
-  }
+  while (!stopping_) guarded([this] { take_turn(); });
   const Clock::time_point give_up = Clock::now() + kLastSend;
-  for (auto next = send_parts(); next && *next < give_up; next = send_parts())
-    std::this_thread::sleep_until(*next);
+  guarded([&] {
+    for (auto next = send_parts(); next && *next < give_up; next = send_parts())
+      std::this_thread::sleep_until(*next);
+  });
+  board_.note_parts_left(outbox_.drop_all());
   board_.note_stopping();
-  publish_status(true);
+  guarded([this] {
+    const status_t last = publish_status(true);
+    if (on_change_) on_change_(last);
+  });
 }
 
-void MappingServer::handle(const Received& message) {
+// Memory, or a fault of ours or of on_change: told, and the server goes on.
+template <class Action>
+void MappingServer::guarded(Action action) {
   try {
-    if (message.channel.kind == ChannelKind::kCalibration)
-      take_calibration(message);
-    else
-      take_frame(message);
+    action();
   } catch (const std::exception& error) {
-    // Memory, or a fault of ours. One message is lost; the server goes on.
-    board_.note_reason(Reason::kMalformedMessage, error.what());
+    board_.note_fault(error.what());
   }
+}
+
+void MappingServer::take_turn() {
+  if (Clock::now() >= next_status_) publish_status(true);
+  const Clock::time_point deadline = std::min(next_status_, send_parts().value_or(next_status_));
+  const std::optional<Received> message = inbox_.take(deadline);
+  if (!message) return;
+  if (message->channel.kind == ChannelKind::kCalibration)
+    take_calibration(*message);
+  else
+    take_frame(*message);
+  tell_changes();
 }
 
 void MappingServer::take_calibration(const Received& message) {
   const CameraMapper::Taken taken = mapper_.take_calibration(message.channel.camera, message.bytes);
-  if (taken.reason == Reason::kCalibrationChanged) board_.note_new_map();
   if (taken.reason != Reason::kNone) board_.note_reason(taken.reason, taken.detail);
 }
 
 void MappingServer::take_frame(const Received& message) {
+  CameraMapper::Mapped mapped;
+  try {
+    mapped = map_frame(message);
+  } catch (const std::exception& error) {
+    mapped.result.rejected = true;
+    mapped.result.reason = Reason::kInternalError;
+    mapped.result.detail = error.what();
+  }
+  // Every frame is counted once, so that who waits for an answer to each does not wait for ever.
+  board_.note_frame(mapped.result, message.time, Clock::now());
+  if (mapped.update) publish_map(*mapped.update, mapped.result.time_us);
+}
+
+CameraMapper::Mapped MappingServer::map_frame(const Received& message) {
   mapper_.note_dropped(message.dropped_before);
   const bool was_open = mapper_.camera().empty();
-  const CameraMapper::Mapped mapped = mapper_.take_frame(message.channel, message.bytes);
+  CameraMapper::Mapped mapped = mapper_.take_frame(message.channel, message.bytes);
+  if (!mapped.new_calibration.empty()) {
+    board_.note_new_map();
+    board_.note_reason(Reason::kCalibrationChanged, mapped.new_calibration);
+    tell_changes();  // before the frame has its own word
+  }
   if (was_open && !mapper_.camera().empty()) inbox_.select_camera(mapper_.camera());
   if (!mapped.result.rejected) {
     const PublishedPose pose{{server_epoch_, mapper_.camera()}, mapped.result};
     send(channel_name(mapper_.camera(), ChannelKind::kPose), encode(to_message(pose)));
   }
-  board_.note_frame(mapped.result, message.time, Clock::now());
-  if (mapped.update) publish_map(*mapped.update, mapped.result.time_us);
+  return mapped;
 }
 
 void MappingServer::publish_map(const MapUpdate& update, std::int64_t time_us) {
+  if (std::exchange(published_map_, update.map_id) != update.map_id)
+    board_.note_parts_dropped(outbox_.drop_all());  // of the map before, which is no more
   const std::string channel = channel_name(mapper_.camera(), ChannelKind::kMap);
   for (const MapPart& part : split_update(update, {server_epoch_, mapper_.camera()}, time_us,
                                           static_cast<std::size_t>(config_.max_part_bytes)))
@@ -146,20 +175,26 @@ void MappingServer::tell_changes() {
 status_t MappingServer::publish_status(bool new_period) {
   const Inbox::Counts counts = inbox_.counts();
   const Clock::time_point now = Clock::now();
+  if (new_period)
+    next_status_ = now + std::chrono::duration_cast<Clock::duration>(
+                             std::chrono::duration<double>(config_.status_period_s));
   const status_t status = board_.make(
       mapper_.camera(),
       {counts.frames, counts.dropped, counts.foreign, mapper_.sequence_gaps(), bad_channels_},
       mapper_.statistics(), now, new_period);
-  if (new_period)
-    next_status_ = now + std::chrono::duration_cast<Clock::duration>(
-                             std::chrono::duration<double>(config_.status_period_s));
-  const std::string camera = mapper_.camera().empty() ? "server" : mapper_.camera();
+  const std::string camera = mapper_.camera().empty() ? std::string(kNoCamera) : mapper_.camera();
   send(channel_name(camera, ChannelKind::kStatus), encode(status));
   return status;
 }
 
 void MappingServer::send(const std::string& channel, const std::vector<std::uint8_t>& bytes) {
-  if (!bus_.publish(channel, bytes)) board_.note_send_failure();
+  bool sent = false;
+  try {
+    sent = bus_.publish(channel, bytes);
+  } catch (const std::exception&) {
+    // Lost, as on a network.
+  }
+  if (!sent) board_.note_send_failure();
 }
 
 bool MappingServer::wait_until_idle(milliseconds timeout) {

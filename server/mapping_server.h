@@ -22,7 +22,7 @@ namespace eifmap {
 
 class MappingServer {
  public:
-  // Told of each change of state or reason, in the mapping thread.
+  // Told of each change of state or reason and of the stop, in the mapping thread.
   using OnChange = std::function<void(const status_t&)>;
 
   // Subscribes on the bus, which must outlive the server and whose receive() somebody must call,
@@ -52,9 +52,12 @@ class MappingServer {
 
   // In the mapping thread:
   void run();
-  void handle(const Received& message);
+  template <class Action>
+  void guarded(Action action);
+  void take_turn();
   void take_calibration(const Received& message);
   void take_frame(const Received& message);
+  CameraMapper::Mapped map_frame(const Received& message);
   void publish_map(const MapUpdate& update, std::int64_t time_us);
   void tell_changes();
   status_t publish_status(bool new_period);
@@ -69,6 +72,7 @@ class MappingServer {
   CameraMapper mapper_;
   Outbox outbox_;
   StatusBoard board_;
+  std::int64_t published_map_ = 0;  // the map of the parts in the outbox
   std::pair<TrackingState, Reason> told_{};
   Clock::time_point next_status_, next_reason_;
   std::atomic<std::int64_t> bad_channels_ = 0;

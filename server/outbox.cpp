@@ -8,12 +8,20 @@ void Outbox::push(std::string channel, std::vector<std::uint8_t> bytes) {
   waiting_.push_back({std::move(channel), std::move(bytes)});
 }
 
+std::int64_t Outbox::drop_all() {
+  const auto dropped = static_cast<std::int64_t>(waiting_.size());
+  waiting_.clear();
+  return dropped;
+}
+
 std::optional<Outbox::TimePoint> Outbox::send_due(TimePoint now, const Send& send) {
   paid_until_ = std::max(paid_until_, now - duration(kBurstBytes));
   while (!waiting_.empty() && paid_until_ <= now) {
-    send(waiting_.front().channel, waiting_.front().bytes);
-    paid_until_ += duration(waiting_.front().bytes.size());
+    // Out first: what throws when it is sent must not be tried for ever.
+    const Waiting next = std::move(waiting_.front());
     waiting_.pop_front();
+    paid_until_ += duration(next.bytes.size());
+    send(next.channel, next.bytes);
   }
   if (waiting_.empty()) return {};
   return paid_until_;

@@ -24,6 +24,9 @@ class Outbox {
   // kBurstBytes after a silence. Returns when the next may go, or nothing when none is left.
   std::optional<TimePoint> send_due(TimePoint now, const Send& send);
 
+  // Throws out what waits; returns how many messages.
+  std::int64_t drop_all();
+
   // About what the stock receive buffer of a socket holds, half of it.
   static constexpr int kBurstBytes = 96 * 1024;
 

@@ -5,18 +5,19 @@
 
 #include "features/front_end.h"
 #include "sequence/recorded_sequence.h"
+#include "server/image_decoder.h"
 #include "server/jitter.h"
 #include "server/run_record.h"
 
 namespace eifmap {
 namespace {
 
-FrameResult unreadable(std::int64_t time_us, std::int64_t seq, std::string problem) {
+FrameResult refused(std::int64_t time_us, std::int64_t seq, Reason reason, std::string problem) {
   FrameResult result;
   result.time_us = time_us;
   result.seq = seq;
   result.rejected = true;
-  result.reason = Reason::kCorruptImage;
+  result.reason = reason;
   result.detail = std::move(problem);
   return result;
 }
@@ -44,7 +45,10 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
       const TimedStep step(timer, "decode");
       image = sequence.load_gray(i);
     }
-    if (!image.problem.empty()) return unreadable(sequence.time_us(i), i, image.problem);
+    if (!image.problem.empty())
+      return refused(sequence.time_us(i), i, Reason::kCorruptImage, image.problem);
+    if (std::string problem = size_problem(image.image.cols, image.image.rows); !problem.empty())
+      return refused(sequence.time_us(i), i, Reason::kBadImageSize, std::move(problem));
     FeatureFrame frame;
     {
       const TimedStep step(timer, "extract");

@@ -64,6 +64,7 @@ void StatusBoard::note_frame(const FrameResult& result, TimePoint received, Time
   if (result.rejected) {
     ++rejected_;
     malformed_ += result.reason == Reason::kMalformedMessage ? 1 : 0;
+    faults_ += result.reason == Reason::kInternalError ? 1 : 0;
     note_reason(result.reason, result.detail);
     return;
   }
@@ -82,6 +83,16 @@ void StatusBoard::note_reason(Reason reason, const std::string& detail) {
   last_.rejected = reason != Reason::kCalibrationChanged;
   last_.reason = reason;
   last_.detail = detail;
+}
+
+void StatusBoard::note_fault(const std::string& detail) {
+  ++faults_;
+  note_reason(Reason::kInternalError, detail);
+}
+
+void StatusBoard::note_parts_left(std::int64_t parts) {
+  parts_left_ += parts;
+  note_parts_dropped(parts);
 }
 
 void StatusBoard::note_new_map() {
@@ -111,6 +122,9 @@ void StatusBoard::describe_state(status_t& status, const std::string& camera) co
   status.reason = static_cast<std::int16_t>(last_.reason);
   if (stopping_) {
     status.message = "the server was told to stop";
+    if (parts_left_ > 0)
+      status.message += "; " + std::to_string(parts_left_) +
+                        " parts of the map could not be sent in time: it is not whole";
   } else if (last_.reason != Reason::kNone) {
     const ReasonText& text = describe(last_.reason);
     status.message = text.text + (last_.detail.empty() ? "" : ": " + last_.detail);
@@ -160,6 +174,8 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
     status.diagnostics.push_back(
         diagnostic("frames." + std::string(eifmap::describe(reason).name), count));
   status.diagnostics.push_back(diagnostic("send_failures", send_failures_));
+  status.diagnostics.push_back(diagnostic("parts_dropped", parts_dropped_));
+  status.diagnostics.push_back(diagnostic("internal_errors", faults_));
   status.num_diagnostics = static_cast<std::int32_t>(status.diagnostics.size());
   return status;
 }

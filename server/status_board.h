@@ -21,9 +21,14 @@ class StatusBoard {
   void note_frame(const FrameResult& result, TimePoint received, TimePoint published);
   // Of a calibration, refused or changed.
   void note_reason(Reason reason, const std::string& detail);
+  // An exception that should not be: `detail` says which.
+  void note_fault(const std::string& detail);
   void note_new_map();  // the mapper begins again
   void note_stopping() { stopping_ = true; }
   void note_part_sent() { ++parts_sent_; }
+  void note_parts_dropped(std::int64_t parts) { parts_dropped_ += parts; }
+  // What of the map was not sent in time, at the end.
+  void note_parts_left(std::int64_t parts);
   void note_send_failure() { ++send_failures_; }
 
   // Figures that others count.
@@ -45,7 +50,8 @@ class StatusBoard {
 
   status_t identity_;  // what never changes
   FrameResult last_;   // the last frame's; its state is the mapper's last
-  std::int64_t processed_ = 0, rejected_ = 0, malformed_ = 0, parts_sent_ = 0, send_failures_ = 0;
+  std::int64_t processed_ = 0, rejected_ = 0, malformed_ = 0, parts_sent_ = 0, send_failures_ = 0,
+               faults_ = 0, parts_dropped_ = 0, parts_left_ = 0;
   std::vector<float> latencies_ms_;  // a ring
   std::size_t next_latency_ = 0;
   TimePoint period_begin_;

@@ -23,6 +23,8 @@ class StepTimer {
   void observe(std::string_view step, bool begins);
   void end_frame();
 
+  bool is_empty() const { return steps_.empty(); }  // nothing was ever told to it
+
   // Of the whole run, in alphabetical order of the steps.
   std::map<std::string, StepTime> summary() const;
 

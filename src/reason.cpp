@@ -66,6 +66,8 @@ constexpr std::array kTexts{
                "the message's sizes do not fit its bytes", "check the publisher and the link"},
     ReasonText{Reason::kCalibrationChanged, "CALIBRATION_CHANGED",
                "the calibration changed, a new map was begun", ""},
+    ReasonText{Reason::kInternalError, "INTERNAL_ERROR",
+               "a fault inside eifmap; the frame was left out", "please report it with the log"},
 };
 
 }  // namespace

@@ -35,6 +35,8 @@ enum class Reason : std::int16_t {
   kUnknownExtractor = 48,
   kMalformedMessage = 49,
   kCalibrationChanged = 50,
+  // The server's own
+  kInternalError = 60,
 };
 
 struct ReasonText {

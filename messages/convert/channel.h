@@ -10,6 +10,9 @@ namespace eifmap {
 // LCM carries at most 63 characters of channel name.
 inline constexpr std::size_t kMaxCameraName = 24;
 
+// In the place of a camera: the status of a server that has none yet.
+inline constexpr std::string_view kNoCamera = "server";
+
 enum class ChannelKind { kImage, kFeatures, kCalibration, kPose, kMap, kStatus };
 
 struct Channel {

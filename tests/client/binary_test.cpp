@@ -57,6 +57,10 @@ TEST(EifmapProgram, EvalPrintsTheFigures) {
   EXPECT_EQ(json.code, 0);
   EXPECT_EQ(json.output, json_text(wanted) + "\n");
 
+  const auto no_times = eifmap_program(arguments + " --times " + times_file + ".none");
+  EXPECT_EQ(no_times.code, 1);
+  EXPECT_NE(no_times.output.find("times.txt.none: cannot be read"), std::string::npos);
+
   folder.write("few.tum", "0 0 0 0 0 0 0 1\n");
   EXPECT_EQ(
       eifmap_program("eval --gt " + gt + " --est " + (folder.path() / "few.tum").string()).code, 1);

@@ -135,6 +135,35 @@ TEST_F(LoggerTest, KnowsWhenTheServerStops) {
   EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 2);
 }
 
+status_t status_of(const std::string& camera, std::int64_t epoch, std::int8_t state) {
+  status_t status{};
+  status.camera = camera;
+  status.server_epoch = epoch;
+  status.state = state;
+  return status;
+}
+
+TEST_F(LoggerTest, OtherServersEndNothing) {
+  send("cam", ChannelKind::kPose, encode(to_message(pose(0, TrackingState::kTracking))));
+  const auto heard = logger_->last_message();
+  send("other", ChannelKind::kStatus, encode(status_of("other", 6, status_t::STATE_STOPPING)));
+  send("cam", ChannelKind::kStatus, encode(status_of("cam", 6, status_t::STATE_STOPPING)));
+  send("server", ChannelKind::kStatus, encode(status_of("", 6, status_t::STATE_STOPPING)));
+  EXPECT_EQ(logger_->counts().statuses, 0);
+  EXPECT_FALSE(logger_->server_stopped());
+  EXPECT_EQ(logger_->last_message(), heard) << "what is not taken does not break the silence";
+  send("cam", ChannelKind::kStatus, encode(status_of("cam", 5, status_t::STATE_STOPPING)));
+  EXPECT_TRUE(logger_->server_stopped());
+}
+
+TEST_F(LoggerTest, TakesWhatAServerSaysBeforeItHasACamera) {
+  open("cam");
+  send("server", ChannelKind::kStatus, encode(status_of("", 6, status_t::STATE_WAITING)));
+  EXPECT_EQ(logger_->counts().statuses, 1);
+  send("server", ChannelKind::kStatus, encode(status_of("", 6, status_t::STATE_STOPPING)));
+  EXPECT_FALSE(logger_->server_stopped()) << "it may not be this camera's";
+}
+
 TEST_F(LoggerTest, SaysWhatIsWrongWithTheFolder) {
   folder_.write("file", "");
   EXPECT_NE(Logger::open(folder_.path() / "file" / "log", "", bus_).problem, "");

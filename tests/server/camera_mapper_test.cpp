@@ -110,14 +110,14 @@ TEST(CameraMapper, ChangedCalibrationBeginsANewMapWithANewNumber) {
     first_map = mapper.take_frame(kFeatures, bytes(stream.frame(i))).result.map_id;
   ASSERT_GT(first_map, 0);
 
-  EXPECT_EQ(mapper.take_calibration("cam0", calibration(changed_camera())).reason,
-            Reason::kCalibrationChanged);
+  EXPECT_EQ(mapper.take_calibration("cam0", calibration(changed_camera())).reason, Reason::kNone);
   bool whole = false;
   for (int i = 0; i < 25; ++i) {  // the clock begins again, too
     FeatureFrame frame = stream.frame(i);
-    frame.calibration_id = 0;
+    frame.calibration_id = changed_camera().id();
     const CameraMapper::Mapped mapped = mapper.take_frame(kFeatures, bytes(frame));
-    ASSERT_FALSE(mapped.result.rejected);
+    ASSERT_FALSE(mapped.result.rejected) << mapped.result.detail;
+    EXPECT_EQ(mapped.new_calibration.empty(), i > 0);
     second_map = mapped.result.map_id;
     if (!mapped.update) continue;
     EXPECT_EQ(mapped.update->map_id, second_map);
@@ -125,6 +125,85 @@ TEST(CameraMapper, ChangedCalibrationBeginsANewMapWithANewNumber) {
   }
   EXPECT_GT(second_map, first_map);
   EXPECT_TRUE(whole) << "the first update of a new map is a whole map";
+}
+
+TEST(CameraMapper, AnotherCalibrationWithoutFramesOfItsOwnChangesNothing) {
+  const SyntheticStream stream;
+  const std::vector<FrameResult> expected = map_alone(25);
+  CameraMapper mapper{ServerConfig{}};
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  for (int i = 0; i < 25; ++i) {
+    if (i > 0) mapper.take_calibration("cam0", calibration(changed_camera()));
+    mapper.take_calibration("cam0", calibration(synthetic_camera()));
+    FeatureFrame frame = stream.frame(i);
+    if (i % 2 == 1) frame.calibration_id = 0;
+    const CameraMapper::Mapped mapped = mapper.take_frame(kFeatures, bytes(frame));
+    expect_same(mapped.result, expected[static_cast<std::size_t>(i)]);
+    EXPECT_EQ(mapped.new_calibration, "");
+  }
+  EXPECT_EQ(mapper.statistics().starts, 1);
+}
+
+// A frame that names no calibration belongs to the one of its size.
+TEST(CameraMapper, TheSizeTellsWhichCalibration) {
+  const SyntheticStream stream;
+  Camera larger = synthetic_camera();
+  larger.width += 160;
+  CameraMapper mapper{ServerConfig{}};
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  ASSERT_FALSE(mapper.take_frame(kFeatures, bytes(stream.frame(0))).result.rejected);
+  mapper.take_calibration("cam0", calibration(larger));
+  FeatureFrame frame = stream.frame(1);
+  frame.calibration_id = 0;
+  EXPECT_EQ(mapper.take_frame(kFeatures, bytes(frame)).new_calibration, "");
+  frame = stream.frame(2);
+  frame.calibration_id = 0;
+  frame.width = larger.width;
+  const CameraMapper::Mapped mapped = mapper.take_frame(kFeatures, bytes(frame));
+  EXPECT_FALSE(mapped.result.rejected) << mapped.result.detail;
+  EXPECT_NE(mapped.new_calibration, "");
+}
+
+TEST(CameraMapper, AFaultOfOursCostsTheFrameAndNotTheMap) {
+  const SyntheticStream stream;
+  CameraMapper mapper{ServerConfig{}};
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  FrameResult before;
+  for (int i = 0; i < 25; ++i) before = mapper.take_frame(kFeatures, bytes(stream.frame(i))).result;
+  ASSERT_EQ(before.state, TrackingState::kTracking);
+
+  mapper.set_step_observer([](std::string_view step, bool begins) {
+    if (step == "observe" && begins) throw std::invalid_argument("two of a kind");
+  });
+  const CameraMapper::Mapped fault = mapper.take_frame(kFeatures, bytes(stream.frame(25)));
+  EXPECT_TRUE(fault.result.rejected);
+  EXPECT_EQ(fault.result.reason, Reason::kInternalError);
+  EXPECT_EQ(fault.result.detail, "two of a kind");
+  EXPECT_FALSE(fault.update);
+
+  mapper.set_step_observer({});
+  const FrameResult after = mapper.take_frame(kFeatures, bytes(stream.frame(26))).result;
+  EXPECT_EQ(after.state, TrackingState::kTracking);
+  EXPECT_EQ(after.map_id, before.map_id);
+}
+
+TEST(CameraMapper, ImagesTooSmallForFeaturesAreRefused) {
+  ServerConfig config;
+  config.calibration = synthetic_camera();
+  config.calibration->width = 31;
+  config.calibration->height = 40;
+  config.calibration->cx = config.calibration->cy = 15;
+  ASSERT_EQ(config.problem(), "");
+  CameraMapper mapper(config);
+  ImageMessage image;
+  image.time_us = 1000;
+  image.width = image.row_stride = 31;
+  image.height = 40;
+  image.data.assign(31 * 40, 100);
+  const FrameResult result = mapper.take_frame(kImage, encode(to_message(image))).result;
+  EXPECT_TRUE(result.rejected);
+  EXPECT_EQ(result.reason, Reason::kBadImageSize);
+  EXPECT_NE(result.detail.find("32x32"), std::string::npos) << result.detail;
 }
 
 TEST(CameraMapper, GapsAreWhatNeverArrived) {

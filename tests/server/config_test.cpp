@@ -130,5 +130,10 @@ TEST(Config, WhatIsNoJsonObjectIsRefused) {
     EXPECT_NE(problem_of(json), "") << json;
 }
 
+TEST(Config, NamesTheFieldOnce) {
+  const std::string surf = parse_config(R"({"surf": {"octaves": -1}})").problem;
+  EXPECT_TRUE(surf.starts_with("surf.octaves")) << surf;
+}
+
 }  // namespace
 }  // namespace eifmap

@@ -29,6 +29,7 @@ class Network {
       const Decoded<PublishedPose> pose = decode_pose(bytes);
       EXPECT_TRUE(pose.ok()) << pose.detail;
       poses.push_back(pose.value.result);
+      ++pose_count;
     });
     listen(ChannelKind::kMap, [this](Bytes bytes) {
       EXPECT_LE(bytes.size(), kDefaultMaxPartBytes);
@@ -86,7 +87,7 @@ class Network {
   std::vector<FrameResult> poses;
   MapAssembler map;
   std::vector<status_t> statuses;
-  std::atomic<int> status_count = 0;
+  std::atomic<int> status_count = 0, pose_count = 0;
 
  private:
   void listen(ChannelKind kind, std::function<void(Bytes)> handler) {
@@ -146,6 +147,87 @@ TEST(MappingServer, PublishesWhatTheMapperSaysToTheBit) {
   EXPECT_EQ(last.frames_dropped, 0);
   EXPECT_EQ(last.sequence_gaps, 0);
   EXPECT_GT(last.parts_sent, 0);
+}
+
+std::string figure(const status_t& status, const std::string& key) {
+  for (const diagnostic_t& entry : status.diagnostics)
+    if (entry.key == key) return entry.value;
+  return "";
+}
+
+TEST(MappingServer, PartsOfTheMapBeforeAreDropped) {
+  ServerConfig config = lossless();
+  config.map_bytes_per_s = 1000;  // after the first burst, a part in half a minute
+  const SyntheticStream stream;
+  Camera changed = synthetic_camera();
+  changed.fx = 510;
+  Network network(config);
+  network.publish(synthetic_camera());
+  for (int i = 0; i < 120; ++i) network.publish(stream.frame(i));
+  network.publish(changed);
+  for (int i = 0; i < 120; ++i) {
+    FeatureFrame frame = stream.frame(i);
+    frame.calibration_id = changed.id();
+    network.publish(frame);
+  }
+  for (int i = 0; i < 60000 && network.pose_count < 240; ++i) std::this_thread::sleep_for(1ms);
+  network.finish();
+  const status_t& last = network.statuses.back();
+  EXPECT_EQ(last.frames_processed, 240);
+  const std::size_t left = last.message.find("; ");
+  ASSERT_NE(left, std::string::npos) << last.message;
+  EXPECT_NE(last.message.find("could not be sent in time"), std::string::npos) << last.message;
+  EXPECT_GT(std::stoi(figure(last, "parts_dropped")), std::stoi(last.message.substr(left + 2)))
+      << "those of the first map and those left at the end";
+}
+
+// Whatever throws around the mapping, every frame is counted and the server says its last word.
+TEST(MappingServer, OutlivesWhatItsSurroundingsThrow) {
+  class BrittleBus : public Bus {
+   public:
+    void subscribe(const std::string&, int, Handler handler) override {
+      handlers_.push_back(std::move(handler));
+    }
+    void unsubscribe_all() override { handlers_.clear(); }
+    bool publish(const std::string& channel, Bytes bytes) override {
+      if (parse_channel(channel)->kind != ChannelKind::kStatus)
+        throw std::runtime_error("the wire is cut");
+      last = decode_status(bytes).value;
+      if (++statuses_ % 2 == 1) throw std::runtime_error("the wire is cut");
+      return true;
+    }
+    bool receive(std::chrono::milliseconds) override { return true; }
+    void deliver(const std::string& channel, Bytes bytes) { handlers_.front()(channel, bytes); }
+
+    status_t last{};
+
+   private:
+    std::vector<Handler> handlers_;
+    int statuses_ = 0;
+  } bus;
+  ServerConfig config = lossless();
+  config.status_period_s = 0.01;
+  int told = 0;
+  const auto faulty = [&told](const status_t&) {
+    ++told;
+    throw std::runtime_error("nobody listens");
+  };
+  const SyntheticStream stream;
+  MappingServer server(config, bus, faulty);
+  bus.deliver("eifmap.cam0.calibration",
+              encode(to_message(NamedCamera{1, "cam0", synthetic_camera()})));
+  for (int i = 0; i < 30; ++i)
+    bus.deliver("eifmap.cam0.features", encode(to_message(stream.frame(i))));
+  ASSERT_TRUE(server.wait_until_idle(60s));
+  server.stop();
+  EXPECT_GT(told, 0);
+  EXPECT_EQ(bus.last.frames_processed, 30);
+  EXPECT_EQ(bus.last.frames_rejected, 0);
+  EXPECT_EQ(bus.last.bad_messages, 0);
+  std::map<std::string, std::string> figures;
+  for (const diagnostic_t& entry : bus.last.diagnostics) figures[entry.key] = entry.value;
+  EXPECT_EQ(figures["internal_errors"], std::to_string(told - 1)) << "the last follows this status";
+  EXPECT_GE(std::stoi(figures["send_failures"]), 30);
 }
 
 TEST(MappingServer, NewestAccountsForEveryFrame) {

@@ -48,5 +48,15 @@ TEST(Outbox, NothingWaitsWhenThereIsTime) {
   }
 }
 
+TEST(Outbox, DropsWhatWaitsAndSaysHowMuch) {
+  Outbox outbox(kRate);
+  for (int i = 0; i < 20; ++i) outbox.push("map", std::vector<std::uint8_t>(kPart));
+  const TimePoint now = TimePoint() + 1h;
+  int sent = 0;
+  EXPECT_TRUE(outbox.send_due(now, [&](const auto&, const auto&) { ++sent; }));
+  EXPECT_EQ(outbox.drop_all(), 20 - sent);
+  EXPECT_FALSE(outbox.send_due(now + 1h, [&](const auto&, const auto&) { ADD_FAILURE(); }));
+}
+
 }  // namespace
 }  // namespace eifmap
