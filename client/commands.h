@@ -4,13 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 
-#include "client/stop_signals.h"
+#include "bus/default_url.h"
+#include "bus/stop_signals.h"
 
 namespace eifmap {
 
 inline constexpr int kFailed = 1;
 inline constexpr int kBadOptions = 2;
-inline constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
 
 using Command = std::function<int(StopSignals&)>;
 

@@ -10,7 +10,7 @@ namespace {
 using std::chrono::milliseconds;
 
 struct Options {
-  std::string folder, camera, lcm_url = kDefaultUrl;
+  std::string folder, camera, lcm_url = kDefaultLcmUrl;
   double until_silent_s = 0;
 };
 

@@ -11,7 +11,7 @@ namespace eifmap {
 namespace {
 
 struct Options {
-  std::string folder, lcm_url = kDefaultUrl;
+  std::string folder, lcm_url = kDefaultLcmUrl;
   SimulationOptions simulation;
   bool simulate = false;
   double start_delay_s = 0;

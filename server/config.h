@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "bus/default_url.h"
 #include "convert/map_message.h"
 #include "features/surf.h"
 #include "geometry/camera.h"
@@ -13,7 +14,7 @@
 namespace eifmap {
 
 struct ServerConfig {
-  std::string lcm_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
+  std::string lcm_url = kDefaultLcmUrl;
   // The camera to map; "": the first one seen with a calibration.
   std::string camera;
   // One more channel whose images are that camera's, for drivers with channel names of their own.

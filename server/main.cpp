@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "bus/lcm_bus.h"
+#include "bus/stop_signals.h"
 #include "sequence/recorded_sequence.h"
 #include "server/mapping_server.h"
 #include "server/progress_bar.h"
@@ -27,27 +28,6 @@ struct Options {
   std::string config_file, lcm_url, camera, input, calibration_file;
   bool print_config = false;
   SequenceRunOptions sequence;
-};
-
-// SIGINT and SIGTERM wait until they are asked for; blocked before any thread is made, so that
-// every thread blocks them.
-class StopSignals {
- public:
-  StopSignals() {
-    sigemptyset(&set_);
-    sigaddset(&set_, SIGINT);
-    sigaddset(&set_, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
-  }
-  bool arrived() {
-    const timespec at_once{};
-    if (sigtimedwait(&set_, nullptr, &at_once) > 0) arrived_ = true;
-    return arrived_;
-  }
-
- private:
-  sigset_t set_;
-  bool arrived_ = false;
 };
 
 std::string read_file(const std::string& file) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/clock.h"
+
 namespace eifmap {
 namespace {
 
@@ -17,12 +19,6 @@ constexpr milliseconds kReasonPeriod(200);
 
 // A map that was just made leaves within this time, or not at all.
 constexpr std::chrono::seconds kLastSend(5);
-
-std::int64_t now_us() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 }  // namespace
 

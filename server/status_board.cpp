@@ -8,17 +8,12 @@
 
 #include "convert/limits.h"
 #include "names.h"
+#include "server/clock.h"
 
 namespace eifmap {
 namespace {
 
 constexpr std::size_t kLatencies = 256;
-
-std::int64_t now_us() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 std::string host_name() {
   std::array<char, HOST_NAME_MAX + 1> name{};

@@ -8,9 +8,9 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "bus/stop_signals.h"
 #include "client/demo/in_process_run.h"
 #include "client/demo/top_view.h"
-#include "client/stop_signals.h"
 #include "server/progress_bar.h"
 
 namespace {

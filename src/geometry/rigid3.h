@@ -39,7 +39,8 @@ Eigen::Matrix3d so3_right_jacobian_inverse(const Eigen::Vector3d& rotation_vecto
 
 // The pose's error as everywhere in eifmap: a rotation vector w in the camera's own frame, R <- R
 // Exp(w), and the displacement of the centre in world coordinates, c <- c + dc.
-Rigid3 retract(const Rigid3& world_from_camera, const Eigen::Vector3d& w, const Eigen::Vector3d& dc);
+Rigid3 retract(const Rigid3& world_from_camera, const Eigen::Vector3d& w,
+               const Eigen::Vector3d& dc);
 
 // Two unit vectors that span the tangent plane of the sphere at the unit vector t (3x2); a fixed
 // rule, so that the same t always gives the same basis.

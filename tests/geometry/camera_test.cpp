@@ -1,11 +1,11 @@
+#include "geometry/camera.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <set>
-
-#include "geometry/camera.h"
 
 namespace eifmap {
 namespace {

@@ -1,6 +1,7 @@
+#include "geometry/projection.h"
+
 #include <gtest/gtest.h>
 
-#include "geometry/projection.h"
 #include "support/numeric_jacobian.h"
 #include "support/random.h"
 

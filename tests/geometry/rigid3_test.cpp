@@ -1,6 +1,7 @@
+#include "geometry/rigid3.h"
+
 #include <gtest/gtest.h>
 
-#include "geometry/rigid3.h"
 #include "support/numeric_jacobian.h"
 #include "support/random.h"
 

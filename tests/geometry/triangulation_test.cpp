@@ -1,8 +1,9 @@
+#include "geometry/triangulation.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 
-#include "geometry/triangulation.h"
 #include "support/random.h"
 
 namespace eifmap {

@@ -44,8 +44,9 @@ TEST(EpipolarMatch, GivesPointsInFrontOfBothCameras) {
   int found = 0;
   for (int k = 1; k < 8; ++k) {
     const ObservedFrame i = view(0), j = view(k);
-    for (const Match& m : match_along_epipolar_lines(i, i.omega_m.index, j, j.omega_m.index,
-                                                     scene_pose(0), scene_pose(k), {50, 0.8, 0.6})) {
+    for (const Match& m :
+         match_along_epipolar_lines(i, i.omega_m.index, j, j.omega_m.index, scene_pose(0),
+                                    scene_pose(k), {50, 0.8, 0.6})) {
       const Rigid3 j_from_i = scene_pose(k).inverse() * scene_pose(0);
       const Eigen::Vector3d ray_j = j.x[m.b].homogeneous();
       const Eigen::Vector3d ray_i = j_from_i.rotation * i.x[m.a].homogeneous();
