@@ -5,21 +5,26 @@
 namespace eifmap {
 namespace {
 
-const char* keypoint_problem(const Keypoint& k, const FeatureFrame& frame) {
-  // A feature may lie half a pixel outside the outermost pixels' centres.
-  if (!(k.u >= -0.5f && k.u <= static_cast<float>(frame.width) - 0.5f))
-    return "u outside the image";
-  if (!(k.v >= -0.5f && k.v <= static_cast<float>(frame.height) - 0.5f))
-    return "v outside the image";
-  if (!(k.sigma_px >= 0.01f && k.sigma_px <= 100)) return "sigma_px not within 0.01 to 100";
-  if (!(k.scale > 0 && std::isfinite(k.scale))) return "scale not positive";
-  if (!std::isfinite(k.angle)) return "angle not finite";
-  if (!std::isfinite(k.response)) return "response not finite";
-  if (k.laplacian_sign != -1 && k.laplacian_sign != 1) return "laplacian_sign not -1 or +1";
-  return nullptr;
+// Coordinates are of pixel centres, so the image reaches half a pixel further.
+bool inside(float x, int side) {
+  return x >= -0.5f && x <= static_cast<float>(side) - 0.5f;
 }
 
 }  // namespace
+
+std::string keypoint_problem(const Keypoint& k, int width, int height) {
+  if (!inside(k.u, width) || !inside(k.v, height))
+    return "at (" + std::to_string(k.u) + ", " + std::to_string(k.v) + "), outside the image";
+  if (!(k.sigma_px >= 0.01f && k.sigma_px <= 100))
+    return "sigma_px is " + std::to_string(k.sigma_px) + ", wanted 0.01 to 100";
+  if (!(k.scale > 0 && std::isfinite(k.scale)))
+    return "scale is " + std::to_string(k.scale) + ", wanted above 0";
+  if (!std::isfinite(k.angle)) return "angle is not finite";
+  if (!std::isfinite(k.response)) return "response is not finite";
+  if (k.laplacian_sign != 1 && k.laplacian_sign != -1)
+    return "laplacian_sign is " + std::to_string(k.laplacian_sign) + ", wanted -1 or 1";
+  return "";
+}
 
 FrameCheck check_frame(const FeatureFrame& frame, const Camera& camera) {
   if (frame.width != camera.width || frame.height != camera.height)
@@ -33,7 +38,8 @@ FrameCheck check_frame(const FeatureFrame& frame, const Camera& camera) {
                                       " bytes of descriptors, wanted " +
                                       std::to_string(kDescriptorSize) + " each"};
   for (std::size_t k = 0; k < frame.keypoints.size(); ++k)
-    if (const char* problem = keypoint_problem(frame.keypoints[k], frame))
+    if (const std::string problem = keypoint_problem(frame.keypoints[k], frame.width, frame.height);
+        !problem.empty())
       return {Reason::kBadFeatures, "feature " + std::to_string(k) + ": " + problem};
   return {};
 }

@@ -15,6 +15,10 @@ struct FrameCheck {
   bool ok() const { return reason == Reason::kNone; }
 };
 
+// "" or which value of the keypoint is wrong and what was wanted; width and height of its image in
+// px.
+std::string keypoint_problem(const Keypoint& keypoint, int width, int height);
+
 // Sizes, finiteness and ranges of everything in the frame. Costs microseconds, and nothing is
 // assumed about who made the frame.
 FrameCheck check_frame(const FeatureFrame& frame, const Camera& camera);

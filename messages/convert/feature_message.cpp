@@ -7,6 +7,7 @@
 #include "convert/channel.h"
 #include "convert/layout.h"
 #include "convert/limits.h"
+#include "frame_check.h"
 
 namespace eifmap {
 namespace {
@@ -34,23 +35,6 @@ std::string shape_problem(const feature_frame_t& message) {
            std::to_string(message.descriptor_size) + " bytes each, " +
            std::to_string(message.descriptor_bytes) + " together; each must have " +
            std::to_string(kDescriptorSize);
-  return "";
-}
-
-// Coordinates are of pixel centres, so the image reaches half a pixel further.
-bool inside(float x, std::int32_t side) {
-  return x >= -0.5f && x <= static_cast<float>(side) - 0.5f;
-}
-
-std::string keypoint_problem(const Keypoint& k, const FeatureFrame& frame) {
-  const float numbers[] = {k.u, k.v, k.sigma_px, k.scale, k.angle, k.response};
-  if (!all_finite(numbers, 6)) return "a number is not finite";
-  if (!inside(k.u, frame.width) || !inside(k.v, frame.height))
-    return "at (" + std::to_string(k.u) + ", " + std::to_string(k.v) + "), outside the image";
-  if (k.sigma_px <= 0) return "sigma_px is " + std::to_string(k.sigma_px);
-  if (k.scale <= 0) return "scale is " + std::to_string(k.scale);
-  if (k.laplacian_sign != 1 && k.laplacian_sign != -1)
-    return "laplacian_sign is " + std::to_string(k.laplacian_sign) + ", must be -1 or 1";
   return "";
 }
 
@@ -125,7 +109,8 @@ Decoded<FeatureFrame> decode_features(Bytes bytes) {
   Result result;
   result.value = from_message(decoded.value);
   for (std::size_t i = 0; i < result.value.keypoints.size(); ++i)
-    if (std::string problem = keypoint_problem(result.value.keypoints[i], result.value);
+    if (std::string problem =
+            keypoint_problem(result.value.keypoints[i], result.value.width, result.value.height);
         !problem.empty())
       return Result::refuse(Reason::kBadFeatures, "feature " + std::to_string(i) + ": " + problem);
   return result;

@@ -90,16 +90,21 @@ void refine_on_local_map(const Map& map, const ObservedFrame& observed,
   }
 }
 
+// A pose from the matches at hand becomes one of the whole local map, or is given up.
+bool confirm(const Map& map, const ObservedFrame& observed, const Rigid3& pose, PoseSource source,
+             const MapperOptions& options, Tracking& tracking) {
+  tracking.world_from_camera = pose;
+  tracking.source = source;
+  refine_on_local_map(map, observed, options, tracking);
+  return tracking.ok();
+}
+
 bool try_pose(const Map& map, const ObservedFrame& observed, const Rigid3& guess,
               const std::vector<LandmarkSight>& sights, PoseSource source,
               const MapperOptions& options, Tracking& tracking) {
   const AbsolutePose pose = refine_absolute_pose(
       guess, map_observations(map, observed, guess, sights), options.absolute_pose);
-  if (!pose.ok()) return false;
-  tracking.world_from_camera = pose.world_from_camera;
-  tracking.source = source;
-  refine_on_local_map(map, observed, options, tracking);
-  return tracking.ok();
+  return pose.ok() && confirm(map, observed, pose.world_from_camera, source, options, tracking);
 }
 
 bool try_scale_fit(const Map& map, const ObservedFrame& observed, const Rigid3& last,
@@ -135,15 +140,8 @@ bool try_pnp(const Map& map, const ObservedFrame& observed,
   if (!pose.ok() ||
       pose.num_inliers < options.tracking.min_inlier_ratio * static_cast<double>(sights.size()))
     return false;
-  tracking.world_from_camera = pose.world_from_camera;
-  tracking.source = source;
-  refine_on_local_map(map, observed, options, tracking);
-  return tracking.ok();
+  return confirm(map, observed, pose.world_from_camera, source, options, tracking);
 }
-
-}  // namespace
-
-namespace {
 
 // [WD10] Algorithm 1 against one keyframe, then what is left to try with its matches.
 bool track_against(const Map& map, const ObservedFrame& observed, int reference, const Rigid3& last,
