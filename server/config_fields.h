@@ -24,10 +24,16 @@ void visit_fields(O& o, auto&& visit) {
 
 template <OptionsOf<SurfOptions> O>
 void visit_fields(O& o, auto&& visit) {
-  visit("max_features", o.max_features);
   visit("octaves", o.octaves);
   visit("sampling_step", o.sampling_step);
   visit("min_response", o.min_response);
+}
+
+template <OptionsOf<FeatureOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("extractor", o.extractor);
+  visit("max_features", o.max_features);
+  visit("surf", o.surf);
 }
 
 template <OptionsOf<MatchOptions> O>
@@ -155,7 +161,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("map_bytes_per_s", o.map_bytes_per_s);
   visit("status_period_s", o.status_period_s);
   visit("calibration", o.calibration);
-  visit("surf", o.surf);
+  visit("features", o.features);
   visit("mapper", o.mapper);
 }
 

@@ -1,9 +1,9 @@
 // Where features are said to be, against where they are.
 #include <gtest/gtest.h>
 
+#include "features/extractor.h"
 #include "features/images.h"
 #include "features/matcher.h"
-#include "features/surf.h"
 
 namespace eifmap {
 namespace {
@@ -24,7 +24,7 @@ TEST_P(SurfFindsABlob, WhereItIs) {
         const double r = std::hypot(x - u, y - v) / sigma;
         return 128 + height * std::exp(-0.5 * r * r);
       });
-  const Features features = SurfExtractor().extract(image);
+  const Features features = FeatureExtractor().extract(image, {});
   ASSERT_FALSE(features.keypoints.empty());
   const Keypoint& best = features.keypoints.front();
   EXPECT_NEAR(best.u, u, 0.05);
@@ -47,7 +47,7 @@ struct PairFigures {
 };
 
 FeatureFrame frame_of(const cv::Mat& image) {
-  Features features = SurfExtractor().extract(image);
+  Features features = FeatureExtractor().extract(image, {});
   FeatureFrame frame;
   frame.keypoints = std::move(features.keypoints);
   frame.descriptors = std::move(features.descriptors);

@@ -1,0 +1,44 @@
+#include "features/extractor.h"
+
+#include <stdexcept>
+
+namespace eifmap {
+namespace {
+
+constexpr int kSmallestImage = 32;  // px
+
+void check_image(const cv::Mat& gray) {
+  if (gray.type() != CV_8UC1) throw std::invalid_argument("features: the image must be CV_8UC1");
+  if (gray.cols < kSmallestImage || gray.rows < kSmallestImage)
+    throw std::invalid_argument("features: the image must be at least 32x32");
+}
+
+}  // namespace
+
+std::string FeatureOptions::problem() const {
+  if (max_features < 1 || max_features > 100000)
+    return "max_features is " + std::to_string(max_features) + ": must be 1 to 100000";
+  return surf.problem();
+}
+
+FeatureExtractor::FeatureExtractor(const FeatureOptions& options) : options_(options) {
+  if (const std::string problem = options.problem(); !problem.empty())
+    throw std::invalid_argument("features." + problem);
+}
+
+Extractor FeatureExtractor::id() const {
+  return options_.extractor == ExtractorKind::kSurfOriented ? Extractor::kSurfOriented
+                                                            : Extractor::kSurfUpright;
+}
+
+Features FeatureExtractor::extract(const cv::Mat& gray, const Camera&) {
+  check_image(gray);
+  const SurfImage image(gray, options_.surf);
+  Features features;
+  features.keypoints = image.find_keypoints(options_.max_features);
+  if (options_.extractor == ExtractorKind::kSurfOriented) image.orient(features.keypoints);
+  features.descriptors = image.describe(features.keypoints);
+  return features;
+}
+
+}  // namespace eifmap

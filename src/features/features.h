@@ -1,0 +1,23 @@
+// What an extractor gives.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "frame.h"
+
+namespace eifmap {
+
+// Keypoints and kDescriptorSize int8 per keypoint, in the order and with the very values of the
+// wire.
+struct Features {
+  std::vector<Keypoint> keypoints;
+  std::vector<std::int8_t> descriptors;
+};
+
+// The `count` keypoints to keep (see spread), in the wire's order: response falling, then v, then
+// u. `width` and `height` of the image, px.
+std::vector<Keypoint> keep_best(const std::vector<Keypoint>& keypoints, int width, int height,
+                                std::size_t count);
+
+}  // namespace eifmap
