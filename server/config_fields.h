@@ -29,11 +29,19 @@ void visit_fields(O& o, auto&& visit) {
   visit("min_response", o.min_response);
 }
 
+template <OptionsOf<SiftOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("octave_layers", o.octave_layers);
+  visit("contrast_threshold", o.contrast_threshold);
+  visit("edge_threshold", o.edge_threshold);
+}
+
 template <OptionsOf<FeatureOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("extractor", o.extractor);
   visit("max_features", o.max_features);
   visit("surf", o.surf);
+  visit("sift", o.sift);
 }
 
 template <OptionsOf<MatchOptions> O>

@@ -18,7 +18,8 @@ void check_image(const cv::Mat& gray) {
 std::string FeatureOptions::problem() const {
   if (max_features < 1 || max_features > 100000)
     return "max_features is " + std::to_string(max_features) + ": must be 1 to 100000";
-  return surf.problem();
+  if (const std::string problem = surf.problem(); !problem.empty()) return problem;
+  return sift.problem();
 }
 
 FeatureExtractor::FeatureExtractor(const FeatureOptions& options) : options_(options) {
@@ -27,12 +28,21 @@ FeatureExtractor::FeatureExtractor(const FeatureOptions& options) : options_(opt
 }
 
 Extractor FeatureExtractor::id() const {
-  return options_.extractor == ExtractorKind::kSurfOriented ? Extractor::kSurfOriented
-                                                            : Extractor::kSurfUpright;
+  switch (options_.extractor) {
+    case ExtractorKind::kSurfUpright:
+      break;
+    case ExtractorKind::kSurfOriented:
+      return Extractor::kSurfOriented;
+    case ExtractorKind::kSift:
+      return Extractor::kSift;
+  }
+  return Extractor::kSurfUpright;
 }
 
 Features FeatureExtractor::extract(const cv::Mat& gray, const Camera&) {
   check_image(gray);
+  if (options_.extractor == ExtractorKind::kSift)
+    return extract_sift(gray, options_.sift, options_.max_features);
   const SurfImage image(gray, options_.surf);
   Features features;
   features.keypoints = image.find_keypoints(options_.max_features);

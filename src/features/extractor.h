@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "features/features.h"
+#include "features/sift.h"
 #include "features/surf.h"
 #include "frame.h"
 #include "geometry/camera.h"
@@ -17,17 +18,20 @@ namespace eifmap {
 enum class ExtractorKind {
   kSurfUpright,   // for cameras that stay about level: fastest, tells up from right
   kSurfOriented,  // each feature in the frame of its own dominant orientation
+  kSift,          // oriented, too; slow and a little more certain
 };
 
 // As a user writes them.
 inline constexpr std::array kExtractorNames{
     std::pair{"surf_upright", ExtractorKind::kSurfUpright},
-    std::pair{"surf_oriented", ExtractorKind::kSurfOriented}};
+    std::pair{"surf_oriented", ExtractorKind::kSurfOriented},
+    std::pair{"sift", ExtractorKind::kSift}};
 
 struct FeatureOptions {
   ExtractorKind extractor = ExtractorKind::kSurfUpright;
   int max_features = 1000;  // per image
   SurfOptions surf;
+  SiftOptions sift;
 
   std::string problem() const;  // "" or which field is wrong and why
 };

@@ -14,15 +14,15 @@ bool comes_before(const Keypoint& a, const Keypoint& b) {
 
 }  // namespace
 
-std::vector<Keypoint> keep_best(const std::vector<Keypoint>& keypoints, int width, int height,
-                                std::size_t count) {
+std::vector<std::size_t> best_keypoints(std::span<const Keypoint> keypoints, int width, int height,
+                                        std::size_t count) {
   std::vector<Contender> contenders;
   contenders.reserve(keypoints.size());
   for (const Keypoint& k : keypoints)
     contenders.push_back({k.u, k.v, k.response, k.laplacian_sign});
-  std::vector<Keypoint> kept;
-  for (const std::size_t i : spread(contenders, width, height, count)) kept.push_back(keypoints[i]);
-  std::sort(kept.begin(), kept.end(), comes_before);
+  std::vector<std::size_t> kept = spread(contenders, width, height, count);
+  std::sort(kept.begin(), kept.end(),
+            [&](std::size_t a, std::size_t b) { return comes_before(keypoints[a], keypoints[b]); });
   return kept;
 }
 

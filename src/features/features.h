@@ -1,7 +1,9 @@
 // What an extractor gives.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "frame.h"
@@ -15,9 +17,9 @@ struct Features {
   std::vector<std::int8_t> descriptors;
 };
 
-// The `count` keypoints to keep (see spread), in the wire's order: response falling, then v, then
-// u. `width` and `height` of the image, px.
-std::vector<Keypoint> keep_best(const std::vector<Keypoint>& keypoints, int width, int height,
-                                std::size_t count);
+// Indices of the `count` keypoints to keep (see spread), in the wire's order: response falling,
+// then v, then u. `width` and `height` of the image, px.
+std::vector<std::size_t> best_keypoints(std::span<const Keypoint> keypoints, int width, int height,
+                                        std::size_t count);
 
 }  // namespace eifmap

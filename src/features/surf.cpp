@@ -102,7 +102,11 @@ std::vector<Keypoint> SurfImage::find_keypoints(int max_features) const {
       refine(integral_, pyramid_, preselect(found, width, height, times_wanted(kCandidates)),
              times_wanted(kSpare));
   drop_duplicates(keypoints);
-  return keep_best(keypoints, width, height, static_cast<std::size_t>(max_features));
+  std::vector<Keypoint> kept;
+  for (const std::size_t i :
+       best_keypoints(keypoints, width, height, static_cast<std::size_t>(max_features)))
+    kept.push_back(keypoints[i]);
+  return kept;
 }
 
 void SurfImage::orient(std::vector<Keypoint>& keypoints) const {

@@ -68,7 +68,8 @@ TEST_P(Oriented, FeaturesMatchHoweverTheImageIsTurned) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Extractors, Oriented, ::testing::Values(ExtractorKind::kSurfOriented));
+INSTANTIATE_TEST_SUITE_P(Extractors, Oriented,
+                         ::testing::Values(ExtractorKind::kSurfOriented, ExtractorKind::kSift));
 
 TEST(Upright, FeaturesMatchWhileTheImageIsAboutLevel) {
   EXPECT_GT(match_turned(0.15, ExtractorKind::kSurfUpright).right, 120);

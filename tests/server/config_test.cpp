@@ -49,10 +49,10 @@ void expect_all_visited() {
 }
 
 TEST(Config, EveryFieldOfEveryOptionsStructHasAKey) {
-  expect_all_visited<Camera, SurfOptions, FeatureOptions, MatchOptions, RelativePoseOptions,
-                     ScaleFitOptions, AbsolutePoseOptions, StartOptions, KeyframeOptions,
-                     LandmarkOptions, EdgeOptions, FilterOptions, LostOptions, MapperOptions,
-                     ServerConfig>();
+  expect_all_visited<Camera, SurfOptions, SiftOptions, FeatureOptions, MatchOptions,
+                     RelativePoseOptions, ScaleFitOptions, AbsolutePoseOptions, StartOptions,
+                     KeyframeOptions, LandmarkOptions, EdgeOptions, FilterOptions, LostOptions,
+                     MapperOptions, ServerConfig>();
 }
 
 std::string problem_of(const std::string& json) {
@@ -123,7 +123,8 @@ TEST(Config, ValuesOutOfRangeAreRefused) {
        {R"({"camera": "a b"})", R"({"image_channel": "CAM"})", R"({"max_part_bytes": 100})",
         R"({"status_period_s": 0})", R"({"map_bytes_per_s": 0})", R"({"input": "fastest"})",
         R"({"calibration": {"width": 640}})", R"({"features": {"surf": {"octaves": -1}}})",
-        R"({"features": {"max_features": 0}})", R"({"features": {"extractor": "orb"}})"})
+        R"({"features": {"sift": {"edge_threshold": 0}}})", R"({"features": {"max_features": 0}})",
+        R"({"features": {"extractor": "orb"}})"})
     EXPECT_NE(problem_of(json), "") << json;
 }
 
