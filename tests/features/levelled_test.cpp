@@ -12,14 +12,14 @@
 namespace eifmap {
 namespace {
 
-constexpr int kWidth = 320, kHeight = 280;
+constexpr int kWidth = 256, kHeight = 224;
 constexpr double kDegree = std::numbers::pi / 180;
 
 Camera camera() {
   Camera camera;
   camera.width = kWidth;
   camera.height = kHeight;
-  camera.fx = camera.fy = 300;
+  camera.fx = camera.fy = 240;
   camera.cx = 0.5 * (kWidth - 1);
   camera.cy = 0.5 * (kHeight - 1);
   return camera;
@@ -40,7 +40,7 @@ cv::Mat rolled(double roll, unsigned noise_seed) {
 FeatureExtractor extractor(ExtractorKind kind) {
   FeatureOptions options;
   options.extractor = kind;
-  options.max_features = 400;
+  options.max_features = 300;
   return FeatureExtractor(options);
 }
 
@@ -91,15 +91,15 @@ TEST(Levelled, FeaturesMatchTheFirstImagesAllAroundTheCircleAndBack) {
   const auto step_to = [&](int degrees) {
     const Features features = levelled.extract(rolled(degrees * kDegree, 2), camera());
     EXPECT_LT(difference(levelled.roll(), degrees * kDegree), kDegree) << degrees;
-    EXPECT_GT(matches(first, features), 100) << degrees;
+    EXPECT_GT(matches(first, features), 70) << degrees;
     // All of the image is described in one frame, and that is at most 9 degrees from level.
     for (const Keypoint& k : features.keypoints) {
       EXPECT_EQ(k.angle, features.keypoints.front().angle);
       EXPECT_LT(difference(k.angle, degrees * kDegree), 9.5 * kDegree);
     }
   };
-  for (int degrees = 10; degrees <= 360; degrees += 10) step_to(degrees);
-  for (int degrees = 345; degrees >= 0; degrees -= 15) step_to(degrees);
+  for (int degrees = 15; degrees <= 360; degrees += 15) step_to(degrees);
+  for (int degrees = 315; degrees >= 0; degrees -= 45) step_to(degrees);
 }
 
 TEST(Levelled, TheAngleIsContinuousAcrossTheBand) {
@@ -121,7 +121,7 @@ TEST(Levelled, ASuddenTurnIsSeen) {
     const Features first = levelled.extract(rolled(0, 1), camera());
     const Features turned = levelled.extract(rolled(degrees * kDegree, 2), camera());
     EXPECT_LT(difference(levelled.roll(), degrees * kDegree), kDegree);
-    EXPECT_GT(matches(first, turned), 100);
+    EXPECT_GT(matches(first, turned), 70);
   }
 }
 
@@ -139,7 +139,7 @@ TEST(Levelled, KeepsTheRollWhereThereIsNothingToSee) {
   const Features after = levelled.extract(rolled(40 * kDegree, 3), camera());
   EXPECT_TRUE(levelled.roll_is_sure());
   EXPECT_LT(difference(levelled.roll(), 40 * kDegree), kDegree);
-  EXPECT_GT(matches(first, after), 100);
+  EXPECT_GT(matches(first, after), 70);
 }
 
 // Of a scene that never comes back, the next one is followed, from the roll that was.
@@ -165,7 +165,7 @@ TEST(Levelled, LookingStraightDownIsNoReasonToTurn) {
     const cv::Mat image = testing::render(kWidth, kHeight, [&](double u, double v) {
       const Eigen::Vector3d ray((u - c.cx) / c.fx, (v - c.cy) / c.fy, 1);
       const double height = std::atan2(ray.y(), ray.z()) + degrees * kDegree;
-      return texture(300 * ray.x() / std::hypot(ray.y(), ray.z()), 300 * height);
+      return texture(240 * ray.x() / std::hypot(ray.y(), ray.z()), 240 * height);
     });
     levelled.extract(image, c);
     EXPECT_TRUE(levelled.roll_is_sure()) << degrees;
