@@ -24,12 +24,20 @@ struct ModelNames {
                                      std::pair{"fisheye", CameraModel::kFisheye}};
 };
 
+struct RelinearizeNames {
+  static constexpr std::array values{std::pair{"once", Relinearize::kOnce},
+                                     std::pair{"threshold", Relinearize::kThreshold},
+                                     std::pair{"always", Relinearize::kAlways}};
+};
+
 template <class Field>
 struct NamesOf;
 template <>
 struct NamesOf<InputMode> : InputNames {};
 template <>
 struct NamesOf<CameraModel> : ModelNames {};
+template <>
+struct NamesOf<Relinearize> : RelinearizeNames {};
 
 // Reads one JSON object into a struct. The first thing wrong is kept, by its full name.
 class Reader {
