@@ -34,14 +34,6 @@ class Step {
   std::string_view name_;
 };
 
-// The wire orders a pose's covariance (centre, rotation); the filter (rotation, centre).
-Eigen::Matrix<double, 6, 6> centre_first(const Eigen::Matrix<double, 6, 6>& rotation_first) {
-  Eigen::Matrix<double, 6, 6> out;
-  out << rotation_first.bottomRightCorner<3, 3>(), rotation_first.bottomLeftCorner<3, 3>(),
-      rotation_first.topRightCorner<3, 3>(), rotation_first.topLeftCorner<3, 3>();
-  return out;
-}
-
 }  // namespace
 
 struct Mapper::State {
