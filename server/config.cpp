@@ -24,6 +24,16 @@ struct ModelNames {
                                      std::pair{"fisheye", CameraModel::kFisheye}};
 };
 
+struct PoseStartNames {
+  static constexpr std::array values{
+      std::pair{"scale_fit", PoseStart::kScaleFit}, std::pair{"same_speed", PoseStart::kSameSpeed},
+      std::pair{"triangulation", PoseStart::kTriangulation}, std::pair{"pnp", PoseStart::kPnp}};
+};
+struct MapSignNames {
+  static constexpr std::array values{
+      std::pair{"minus", MapSignChoice::kMinus}, std::pair{"plus", MapSignChoice::kPlus},
+      std::pair{"both", MapSignChoice::kBoth}, std::pair{"merit", MapSignChoice::kMerit}};
+};
 struct RelinearizeNames {
   static constexpr std::array values{std::pair{"once", Relinearize::kOnce},
                                      std::pair{"threshold", Relinearize::kThreshold},
@@ -38,6 +48,10 @@ template <>
 struct NamesOf<CameraModel> : ModelNames {};
 template <>
 struct NamesOf<Relinearize> : RelinearizeNames {};
+template <>
+struct NamesOf<PoseStart> : PoseStartNames {};
+template <>
+struct NamesOf<MapSignChoice> : MapSignNames {};
 
 // Reads one JSON object into a struct. The first thing wrong is kept, by its full name.
 class Reader {
