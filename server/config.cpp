@@ -23,6 +23,10 @@ struct ModelNames {
                                      std::pair{"radial_tangential", CameraModel::kRadialTangential},
                                      std::pair{"fisheye", CameraModel::kFisheye}};
 };
+struct CovarianceNames {
+  static constexpr std::array values{std::pair{"linear", RelativePoseCovariance::kLinear},
+                                     std::pair{"unscented", RelativePoseCovariance::kUnscented}};
+};
 
 template <class Field>
 struct NamesOf;
@@ -30,6 +34,8 @@ template <>
 struct NamesOf<InputMode> : InputNames {};
 template <>
 struct NamesOf<CameraModel> : ModelNames {};
+template <>
+struct NamesOf<RelativePoseCovariance> : CovarianceNames {};
 
 // Reads one JSON object into a struct. The first thing wrong is kept, by its full name.
 class Reader {

@@ -47,6 +47,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("ransac_iterations", o.ransac_iterations);
   visit("seed", o.seed);
   visit("min_inlier_ratio", o.min_inlier_ratio);
+  visit("covariance", o.covariance);
   visit("check_planar", o.check_planar);
 }
 

@@ -73,7 +73,8 @@ RelativePoseResult estimate_relative_pose(std::span<const Correspondence> matche
   if (!start) return refuse(Reason::kRelativePoseFailed);
   result.pose = *start;
   result.inlier.assign(matches.size(), 1);
-  const bool refined = refine_relative_pose(matches, result.pose, result.inlier);
+  const bool refined =
+      refine_relative_pose(matches, result.pose, result.inlier, options.covariance);
   result.num_inliers = count(result.inlier);
   if (!refined || result.num_inliers < options.min_inlier_ratio * number)
     return refuse(Reason::kRelativePoseFailed);
