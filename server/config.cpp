@@ -27,6 +27,10 @@ struct CovarianceNames {
   static constexpr std::array values{std::pair{"linear", RelativePoseCovariance::kLinear},
                                      std::pair{"unscented", RelativePoseCovariance::kUnscented}};
 };
+struct ScaleFitNames {
+  static constexpr std::array values{std::pair{"vote", ScaleFitMethod::kVote},
+                                     std::pair{"plain", ScaleFitMethod::kPlain}};
+};
 
 template <class Field>
 struct NamesOf;
@@ -36,6 +40,8 @@ template <>
 struct NamesOf<CameraModel> : ModelNames {};
 template <>
 struct NamesOf<RelativePoseCovariance> : CovarianceNames {};
+template <>
+struct NamesOf<ScaleFitMethod> : ScaleFitNames {};
 
 // Reads one JSON object into a struct. The first thing wrong is kept, by its full name.
 class Reader {

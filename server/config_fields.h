@@ -53,6 +53,7 @@ void visit_fields(O& o, auto&& visit) {
 
 template <OptionsOf<ScaleFitOptions> O>
 void visit_fields(O& o, auto&& visit) {
+  visit("method", o.method);
   visit("min_inliers", o.min_inliers);
   visit("min_inlier_ratio", o.min_inlier_ratio);
   visit("max_relative_sigma", o.max_relative_sigma);
