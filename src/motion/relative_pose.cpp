@@ -32,6 +32,28 @@ void check_input(std::span<const Correspondence> matches, double radians_per_pix
       throw std::invalid_argument("a correspondence is not finite or has no sigma");
 }
 
+bool same_motion(const RelativePose& a, const RelativePose& b) {
+  constexpr double kSame = 0.01;  // rad: what the refinement leaves of different starts
+  return a.i_from_j.angularDistance(b.i_from_j) < kSame &&
+         (a.direction - b.direction).norm() < kSame;
+}
+
+void consider_plane(std::span<const Correspondence> matches, const RelativePoseOptions& options,
+                    RelativePoseResult& result) {
+  const Homography homography = fit_homography(matches, result.inlier);
+  result.planar = homography.inlier_ratio > kPlanarRatio;
+  if (!result.planar) return;
+  for (const RelativePose& start : decompose_homography(homography, matches)) {
+    RelativePoseAlternative other{start, {}, 0};
+    if (!refine_relative_pose(matches, other.pose, other.inlier, options.covariance)) continue;
+    other.num_inliers = count(other.inlier);
+    bool known = same_motion(other.pose, result.pose);
+    for (const RelativePoseAlternative& a : result.alternatives)
+      known = known || same_motion(other.pose, a.pose);
+    if (!known) result.alternatives.push_back(std::move(other));
+  }
+}
+
 }  // namespace
 
 std::string RelativePoseOptions::problem() const {
@@ -82,8 +104,7 @@ RelativePoseResult estimate_relative_pose(std::span<const Correspondence> matche
   // right.
   if (both(result.inlier, rotation.inlier) > options.max_rotation_inlier_ratio * result.num_inliers)
     return refuse(Reason::kNoBaseline);
-  if (options.check_planar)
-    result.planar = homography_inlier_ratio(matches, result.inlier) > kPlanarRatio;
+  if (options.check_planar) consider_plane(matches, options, result);
   return result;
 }
 

@@ -37,7 +37,7 @@ struct RelativePoseOptions {
   int seed = 1;
   double min_inlier_ratio = 0.3;
   RelativePoseCovariance covariance = RelativePoseCovariance::kLinear;  // [WD10] III-A: unscented
-  bool check_planar = true;  // fill in RelativePoseResult::planar
+  bool check_planar = true;  // fill in RelativePoseResult::planar and alternatives
 
   std::string problem() const;  // "" or which field is wrong and why
 };
@@ -65,6 +65,13 @@ struct RelativePose {
   double sigma_direction = 0;  // rad, root of the larger eigenvalue of ab's covariance
 };
 
+// Another pose that the matches leave open.
+struct RelativePoseAlternative {
+  RelativePose pose;
+  std::vector<std::uint8_t> inlier;  // one per correspondence
+  int num_inliers = 0;
+};
+
 struct RelativePoseResult {
   Reason reason = Reason::kNone;  // kNone: `pose` is valid. kTooFewMatches, kNoBaseline (rotation
                                   // in `rotation` is good), kRelativePoseFailed
@@ -73,6 +80,9 @@ struct RelativePoseResult {
   std::vector<std::uint8_t> inlier;  // of `pose`, one per correspondence, classified after refining
   int num_inliers = 0;
   bool planar = false;  // a homography explains the matches as well as E does: two-fold ambiguity
+  // When planar: the homography's motions that are not `pose`, at most two, each refined on its own
+  // inliers. Only what else is known (the map) tells which of all is the true one.
+  std::vector<RelativePoseAlternative> alternatives;
 
   bool ok() const { return reason == Reason::kNone; }
 };
