@@ -31,6 +31,11 @@ struct ScaleFitNames {
   static constexpr std::array values{std::pair{"vote", ScaleFitMethod::kVote},
                                      std::pair{"plain", ScaleFitMethod::kPlain}};
 };
+struct RelinearizeNames {
+  static constexpr std::array values{std::pair{"once", Relinearize::kOnce},
+                                     std::pair{"threshold", Relinearize::kThreshold},
+                                     std::pair{"always", Relinearize::kAlways}};
+};
 
 template <class Field>
 struct NamesOf;
@@ -42,6 +47,8 @@ template <>
 struct NamesOf<RelativePoseCovariance> : CovarianceNames {};
 template <>
 struct NamesOf<ScaleFitMethod> : ScaleFitNames {};
+template <>
+struct NamesOf<Relinearize> : RelinearizeNames {};
 
 // Reads one JSON object into a struct. The first thing wrong is kept, by its full name.
 class Reader {

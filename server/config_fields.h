@@ -118,6 +118,7 @@ void visit_fields(O& o, auto&& visit) {
 
 template <OptionsOf<FilterOptions> O>
 void visit_fields(O& o, auto&& visit) {
+  visit("relinearize", o.relinearize);
   visit("relinearize_px", o.relinearize_px);
   visit("max_iterations", o.max_iterations);
   visit("gate_sigma", o.gate_sigma);

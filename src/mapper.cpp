@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "frame_check.h"
+#include "map/frame_covariance.h"
 #include "map/keyframe_insertion.h"
 #include "map/live_map.h"
 #include "map/map_start.h"
@@ -32,14 +33,6 @@ class Step {
   const StepObserver& observer_;
   std::string_view name_;
 };
-
-// The wire orders a pose's covariance (centre, rotation); the filter (rotation, centre).
-Eigen::Matrix<double, 6, 6> centre_first(const Eigen::Matrix<double, 6, 6>& rotation_first) {
-  Eigen::Matrix<double, 6, 6> out;
-  out << rotation_first.bottomRightCorner<3, 3>(), rotation_first.bottomLeftCorner<3, 3>(),
-      rotation_first.topRightCorner<3, 3>(), rotation_first.topLeftCorner<3, 3>();
-  return out;
-}
 
 }  // namespace
 
@@ -69,6 +62,7 @@ struct Mapper::State {
   Tracking try_relocalize(const ObservedFrame& observed);
   void accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
   void add_keyframe(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
+  void set_covariance(bool known, const PoseBlock& covariance, FrameResult& result) const;
   void count(const FrameResult& result);
   const FinishedMap* largest(FinishedMap& scratch) const;
 };
@@ -141,10 +135,20 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
   result.num_inliers = live->map.num_landmarks();
   result.map_updated = true;
   PoseBlock covariance;
-  if (live->map.filter().pose_covariance(1, covariance)) {
-    result.covariance = centre_first(covariance);
-    result.covariance_status = CovarianceStatus::kOptimistic;
-  }
+  set_covariance(live->map.filter().pose_covariance(1, covariance), covariance, result);
+}
+
+// Never zero or identity for unknown: kNone says so. A filter that keeps its first linearization
+// is known to be too sure of itself.
+void Mapper::State::set_covariance(bool known, const PoseBlock& covariance,
+                                   FrameResult& result) const {
+  result.covariance_status = CovarianceStatus::kNone;
+  result.covariance.setZero();
+  if (!known) return;
+  result.covariance = centre_first(covariance);
+  result.covariance_status = options.filter.relinearize == Relinearize::kOnce
+                                 ? CovarianceStatus::kOptimistic
+                                 : CovarianceStatus::kValid;
 }
 
 void Mapper::State::lose(std::int64_t time_us, FrameResult& result) {
@@ -208,8 +212,6 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   result.state = TrackingState::kTracking;
   result.source = tracking.source;
   result.map_from_camera = tracking.world_from_camera;
-  result.covariance = centre_first(tracking.covariance);
-  result.covariance_status = CovarianceStatus::kOptimistic;
   result.reference_keyframe = tracking.reference;
   result.reference_from_camera =
       map.pose(tracking.reference).inverse() * tracking.world_from_camera;
@@ -217,6 +219,9 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   result.num_inliers = static_cast<int>(tracking.sights.size());
   if (wants_keyframe(map, tracking, options))
     return add_keyframe(std::move(observed), tracking, result);
+  PoseBlock covariance;
+  const bool known = frame_covariance(map, observed, tracking, options.absolute_pose, covariance);
+  set_covariance(known, covariance, result);
   live->log.add(observed.frame.time_us, tracking.reference, result.reference_from_camera);
 }
 
@@ -241,6 +246,8 @@ void Mapper::State::add_keyframe(ObservedFrame observed, const Tracking& trackin
   result.map_from_camera = live->last;
   result.reference_keyframe = insertion.keyframe;
   result.reference_from_camera = Rigid3();
+  PoseBlock covariance;
+  set_covariance(map.filter().pose_covariance(insertion.keyframe, covariance), covariance, result);
 }
 
 void Mapper::State::count(const FrameResult& result) {

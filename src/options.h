@@ -58,10 +58,18 @@ struct EdgeOptions {
   int neighbours = 6;  // keyframes tried where the reference is too near for an edge
 };
 
+// When a measurement's Jacobian is taken at the mean.
+enum class Relinearize {
+  kOnce,       // when it enters, and never again: [WD10] (7) to the letter
+  kThreshold,  // again when its prediction moved by more than relinearize_px
+  kAlways,     // in every iteration: incremental bundle adjustment
+};
+
 struct FilterOptions {
-  double relinearize_px = 0.1;  // a measurement whose prediction moved further is linearized again
-  int max_iterations = 5;       // of solve and relinearize, per keyframe
-  double gate_sigma = 3.5;      // whitened residual above which a sighting is dropped as an outlier
+  Relinearize relinearize = Relinearize::kThreshold;
+  double relinearize_px = 0.1;
+  int max_iterations = 5;   // of solve and relinearize, per keyframe
+  double gate_sigma = 3.5;  // whitened residual above which a sighting is dropped as an outlier
 };
 
 struct LostOptions {
