@@ -34,6 +34,14 @@ struct MapSignNames {
       std::pair{"minus", MapSignChoice::kMinus}, std::pair{"plus", MapSignChoice::kPlus},
       std::pair{"both", MapSignChoice::kBoth}, std::pair{"merit", MapSignChoice::kMerit}};
 };
+struct CovarianceNames {
+  static constexpr std::array values{std::pair{"linear", RelativePoseCovariance::kLinear},
+                                     std::pair{"unscented", RelativePoseCovariance::kUnscented}};
+};
+struct ScaleFitNames {
+  static constexpr std::array values{std::pair{"vote", ScaleFitMethod::kVote},
+                                     std::pair{"plain", ScaleFitMethod::kPlain}};
+};
 struct RelinearizeNames {
   static constexpr std::array values{std::pair{"once", Relinearize::kOnce},
                                      std::pair{"threshold", Relinearize::kThreshold},
@@ -46,6 +54,10 @@ template <>
 struct NamesOf<InputMode> : InputNames {};
 template <>
 struct NamesOf<CameraModel> : ModelNames {};
+template <>
+struct NamesOf<RelativePoseCovariance> : CovarianceNames {};
+template <>
+struct NamesOf<ScaleFitMethod> : ScaleFitNames {};
 template <>
 struct NamesOf<Relinearize> : RelinearizeNames {};
 template <>

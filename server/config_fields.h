@@ -47,11 +47,13 @@ void visit_fields(O& o, auto&& visit) {
   visit("ransac_iterations", o.ransac_iterations);
   visit("seed", o.seed);
   visit("min_inlier_ratio", o.min_inlier_ratio);
+  visit("covariance", o.covariance);
   visit("check_planar", o.check_planar);
 }
 
 template <OptionsOf<ScaleFitOptions> O>
 void visit_fields(O& o, auto&& visit) {
+  visit("method", o.method);
   visit("min_inliers", o.min_inliers);
   visit("min_inlier_ratio", o.min_inlier_ratio);
   visit("max_relative_sigma", o.max_relative_sigma);

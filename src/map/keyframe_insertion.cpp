@@ -26,7 +26,7 @@ bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
   // Nor is it one to believe where the map's scale fit would not have it.
   if (tracking.source == PoseSource::kScaleFit && !tracking.relative.planar &&
       add_edge(map, tracking.related, keyframe, edge_matches(tracking), tracking.relative.pose,
-               options.edge))
+               options))
     return true;
   std::vector<int> neighbours = map.covisible(keyframe, 1 + options.edge.neighbours);
   neighbours.erase(neighbours.begin());

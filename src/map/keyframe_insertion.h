@@ -34,7 +34,7 @@ int extend_tracks(Map& map, int keyframe, const MapperOptions& options,
 // `matches`: a in i, b in j; those that fit `start`. False when too few are left or the direction
 // is not certain enough.
 bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, RelativePose start,
-              const EdgeOptions& options);
+              const MapperOptions& options);
 
 // The same for a pair that was not matched yet: the map's poses guide the matching and are the
 // start of the refinement, no part of the measurement.

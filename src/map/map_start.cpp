@@ -124,7 +124,7 @@ std::optional<Map> build_map(const ObservedFrame& i, const ObservedFrame& j, con
   std::vector<Match> edge;
   for (std::size_t k = 0; k < pair.p.size(); ++k)
     if (pair.relative.inlier[k]) edge.push_back(pair.p[k]);
-  if (options.edge.enabled) add_edge(map, 0, 1, edge, pair.relative.pose, options.edge);
+  if (options.edge.enabled) add_edge(map, 0, 1, edge, pair.relative.pose, options);
   // The other matches wait as candidates for a third view.
   for (std::size_t k = 0; k < pair.m.size(); ++k) {
     const Match& m = pair.m[k];

@@ -37,9 +37,9 @@ std::vector<Match> choose_free(const Map& map, int i, int j, const std::vector<M
 }  // namespace
 
 bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, RelativePose start,
-              const EdgeOptions& options) {
-  const std::vector<Match> chosen = choose_free(map, i, j, matches, options);
-  if (static_cast<int>(chosen.size()) < options.min_measurements) return false;
+              const MapperOptions& options) {
+  const std::vector<Match> chosen = choose_free(map, i, j, matches, options.edge);
+  if (static_cast<int>(chosen.size()) < options.edge.min_measurements) return false;
   const ObservedFrame& frame_i = map.keyframe(i).observed;
   const ObservedFrame& frame_j = map.keyframe(j).observed;
   std::vector<Correspondence> pairs;
@@ -47,11 +47,11 @@ bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, Relativ
     pairs.push_back(
         {frame_i.x[match.a], frame_j.x[match.b], frame_i.sigma[match.a], frame_j.sigma[match.b]});
   std::vector<std::uint8_t> inlier;
-  if (!refine_relative_pose(pairs, start, inlier)) return false;
+  if (!refine_relative_pose(pairs, start, inlier, options.relative_pose.covariance)) return false;
   const auto agreeing = std::count(inlier.begin(), inlier.end(), 1);
   constexpr double kDegree = M_PI / 180;
-  if (agreeing < options.min_measurements ||
-      !(start.sigma_direction < options.max_sigma_direction_deg * kDegree))
+  if (agreeing < options.edge.min_measurements ||
+      !(start.sigma_direction < options.edge.max_sigma_direction_deg * kDegree))
     return false;
   if (!map.filter().add_edge(i, j, start)) return false;
   // The outliers too: those near the limit had a part in R and T.
@@ -80,7 +80,7 @@ bool add_edge_from_map(Map& map, int i, int j, const MapperOptions& options) {
   RelativePose start;
   start.i_from_j = i_from_j.rotation;
   start.direction = i_from_j.translation.normalized();
-  return add_edge(map, i, j, matches, start, options.edge);
+  return add_edge(map, i, j, matches, start, options);
 }
 
 }  // namespace eifmap

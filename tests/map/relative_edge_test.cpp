@@ -37,8 +37,8 @@ TEST(RelativeEdge, SpendsEachMeasurementOnceAndOnlyOmegaP) {
 TEST(RelativeEdge, OfferedTheSameMatchesAgainTakesOthers) {
   const SyntheticStream world;
   Map map = make_scene(world, 2);
-  EdgeOptions options;
-  options.min_measurements = 20;
+  MapperOptions options;
+  options.edge.min_measurements = 20;
   const ObservedFrame &i = map.keyframe(0).observed, &j = map.keyframe(1).observed;
   const std::vector<Match> matches = match_omega_p(i, j, {});
   const Rigid3 i_from_j = scene_pose(0).inverse() * scene_pose(1);
@@ -49,7 +49,7 @@ TEST(RelativeEdge, OfferedTheSameMatchesAgainTakesOthers) {
   const int first = spent(map, 0);
   ASSERT_LT(first, static_cast<int>(matches.size()));
   if (add_edge(map, 0, 1, matches, start, options)) {
-    EXPECT_GE(spent(map, 0), first + options.min_measurements);
+    EXPECT_GE(spent(map, 0), first + options.edge.min_measurements);
   } else {
     EXPECT_EQ(spent(map, 0), first);
   }
