@@ -18,6 +18,9 @@ struct InputNames {
   static constexpr std::array values{std::pair{"newest", InputMode::kNewest},
                                      std::pair{"lossless", InputMode::kLossless}};
 };
+struct ExtractorNames {
+  static constexpr auto values = kExtractorNames;
+};
 struct ModelNames {
   static constexpr std::array values{std::pair{"pinhole", CameraModel::kPinhole},
                                      std::pair{"radial_tangential", CameraModel::kRadialTangential},
@@ -52,6 +55,8 @@ template <class Field>
 struct NamesOf;
 template <>
 struct NamesOf<InputMode> : InputNames {};
+template <>
+struct NamesOf<ExtractorKind> : ExtractorNames {};
 template <>
 struct NamesOf<CameraModel> : ModelNames {};
 template <>
@@ -213,7 +218,7 @@ std::string ServerConfig::problem() const {
     return "status_period_s: must be 0.01 to 60";
   if (calibration && !calibration->problem().empty())
     return "calibration: " + calibration->problem();
-  if (const std::string found = surf.problem(); !found.empty()) return found;
+  if (const std::string found = features.problem(); !found.empty()) return "features." + found;
   if (const std::string found = mapper.problem(); !found.empty()) return "mapper." + found;
   return "";
 }

@@ -24,10 +24,24 @@ void visit_fields(O& o, auto&& visit) {
 
 template <OptionsOf<SurfOptions> O>
 void visit_fields(O& o, auto&& visit) {
-  visit("max_features", o.max_features);
   visit("octaves", o.octaves);
   visit("sampling_step", o.sampling_step);
   visit("min_response", o.min_response);
+}
+
+template <OptionsOf<SiftOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("octave_layers", o.octave_layers);
+  visit("contrast_threshold", o.contrast_threshold);
+  visit("edge_threshold", o.edge_threshold);
+}
+
+template <OptionsOf<FeatureOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("extractor", o.extractor);
+  visit("max_features", o.max_features);
+  visit("surf", o.surf);
+  visit("sift", o.sift);
 }
 
 template <OptionsOf<MatchOptions> O>
@@ -165,7 +179,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("map_bytes_per_s", o.map_bytes_per_s);
   visit("status_period_s", o.status_period_s);
   visit("calibration", o.calibration);
-  visit("surf", o.surf);
+  visit("features", o.features);
   visit("mapper", o.mapper);
 }
 
