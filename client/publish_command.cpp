@@ -104,6 +104,10 @@ Command add_publish_command(CLI::App& app) {
       ->each([options](const std::string&) { options->simulate = true; });
   command->add_flag("--distorted", options->simulation.distorted, "simulate a cheap lens");
   command->add_option("--seed", options->simulation.seed, "of the simulated noise and surfaces");
+  command->add_option("--motion", options->simulation.motion,
+                      "of the simulated camera: lap, or turn (straight on, with fast turns)");
+  command->add_option("--roll-deg", options->simulation.roll_deg,
+                      "how far the simulated camera is slowly rolled");
   command->add_option("--as", publish.as, "raw, mjpeg or features (the default)")
       ->transform(CLI::CheckedTransformer(kWays));
   command
