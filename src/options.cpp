@@ -73,6 +73,8 @@ std::string lost_problem(const LostOptions& o) {
 
 MapperOptions MapperOptions::paper() {
   MapperOptions paper;
+  paper.relative_pose.covariance = RelativePoseCovariance::kUnscented;
+  paper.scale_fit.method = ScaleFitMethod::kPlain;
   paper.start.triangulated_keyframes = 3;
   paper.tracking.refine = false;
   paper.tracking.older_reference = false;
