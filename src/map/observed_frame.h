@@ -11,7 +11,7 @@
 namespace eifmap {
 
 struct ObservedFrame {
-  FeatureFrame frame;
+  FeatureFrame frame;              // without the keypoints beyond kMaxViewAngle
   std::vector<Eigen::Vector2d> x;  // per keypoint: normalized image coordinates
   std::vector<double> sigma;       // per keypoint: of x, each axis
   FeatureGroup omega_m, omega_p;   // [WD10] II: for the map, for relative poses
