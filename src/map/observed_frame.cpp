@@ -1,6 +1,27 @@
 #include "map/observed_frame.h"
 
+#include <algorithm>
+
 namespace eifmap {
+namespace {
+
+// Keeps the keypoints whose flag says so.
+void keep(const std::vector<bool>& kept, FeatureFrame& frame) {
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    if (!kept[k]) continue;
+    frame.keypoints[next] = frame.keypoints[k];
+    const auto descriptor =
+        frame.descriptors.begin() + static_cast<std::ptrdiff_t>(k * kDescriptorSize);
+    std::copy_n(descriptor, kDescriptorSize,
+                frame.descriptors.begin() + static_cast<std::ptrdiff_t>(next * kDescriptorSize));
+    ++next;
+  }
+  frame.keypoints.resize(next);
+  frame.descriptors.resize(next * kDescriptorSize);
+}
+
+}  // namespace
 
 ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, MapSign map_sign,
                       double sigma_factor) {
@@ -9,12 +30,23 @@ ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, MapSign m
   observed.map_sign = map_sign;
   observed.x.reserve(frame.keypoints.size());
   observed.sigma.reserve(frame.keypoints.size());
+  std::vector<bool> in_view;
+  in_view.reserve(frame.keypoints.size());
   for (const Keypoint& keypoint : frame.keypoints) {
-    observed.x.push_back(camera.normalized_from_pixel({keypoint.u, keypoint.v}));
-    observed.sigma.push_back(sigma_factor * keypoint.sigma_px * camera.radians_per_pixel());
+    const Eigen::Vector2d x = camera.normalized_from_pixel({keypoint.u, keypoint.v});
+    in_view.push_back(x.allFinite());
+    if (!in_view.back()) continue;
+    observed.x.push_back(x);
+    observed.sigma.push_back(sigma_factor * keypoint.sigma_px * camera.radians_per_pixel_at(x));
   }
+<<<<<<< HEAD
   observed.minus = features_of_sign(frame, -1);
   observed.plus = features_of_sign(frame, 1);
+=======
+  if (observed.size() < static_cast<int>(in_view.size())) keep(in_view, observed.frame);
+  observed.omega_m = features_of_sign(observed.frame, map_sign);
+  observed.omega_p = features_of_sign(observed.frame, -map_sign);
+>>>>>>> motion
   return observed;
 }
 

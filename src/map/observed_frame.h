@@ -14,7 +14,7 @@ namespace eifmap {
 enum class MapSign { kMinus, kPlus, kBoth };
 
 struct ObservedFrame {
-  FeatureFrame frame;
+  FeatureFrame frame;              // without the keypoints beyond kMaxViewAngle
   std::vector<Eigen::Vector2d> x;  // per keypoint: normalized image coordinates
   std::vector<double> sigma;       // per keypoint: of x, each axis
   FeatureGroup minus, plus;        // [WD10] II: by Laplacian sign; the two are never matched

@@ -161,14 +161,34 @@ void relate(const Map& map, const ObservedFrame& observed, int related,
       map.radians_per_pixel(), options.relative_pose);
 }
 
-bool try_relative_pose(const Map& map, const ObservedFrame& observed, const LastMotion& last,
-                       const std::vector<LandmarkSight>& sights, const MapperOptions& options,
-                       Tracking& tracking) {
-  if (!tracking.relative.ok() || options.tracking.start == PoseStart::kPnp) return false;
+bool try_one_relative_pose(const Map& map, const ObservedFrame& observed, const LastMotion& last,
+                           const std::vector<LandmarkSight>& sights, const MapperOptions& options,
+                           Tracking& tracking) {
   const std::optional<Rigid3> start =
       place_along_line(map, observed, tracking.relative.pose, last, sights, options, tracking);
   return start &&
          Attempt(map, observed, options, tracking).from(*start, sights, PoseSource::kScaleFit);
+}
+
+// Where a plane fills the view two motions explain the matches: that with which more of the map
+// agrees is the camera's.
+bool try_relative_pose(const Map& map, const ObservedFrame& observed, const LastMotion& last,
+                       const std::vector<LandmarkSight>& sights, const MapperOptions& options,
+                       Tracking& tracking) {
+  if (!tracking.relative.ok() || options.tracking.start == PoseStart::kPnp) return false;
+  const std::vector<RelativePoseAlternative> alternatives = tracking.relative.alternatives;
+  bool found = try_one_relative_pose(map, observed, last, sights, options, tracking);
+  for (const RelativePoseAlternative& alternative : alternatives) {
+    Tracking other = tracking;
+    other.relative.pose = alternative.pose;
+    other.relative.inlier = alternative.inlier;
+    other.relative.num_inliers = alternative.num_inliers;
+    if (!try_one_relative_pose(map, observed, last, sights, options, other)) continue;
+    if (found && other.sights.size() <= tracking.sights.size()) continue;
+    tracking = std::move(other);
+    found = true;
+  }
+  return found;
 }
 
 // The reference is too near for a direction. Of the keyframes that share its landmarks, the first

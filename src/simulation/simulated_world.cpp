@@ -15,16 +15,21 @@ namespace {
 
 using namespace simulation;
 
-Camera make_camera(bool distorted) {
+Camera make_camera(const SimulationOptions& options) {
   Camera camera;
   camera.width = 640;
   camera.height = 480;
   camera.fx = camera.fy = 470;
   camera.cx = 319.5;
   camera.cy = 239.5;
-  if (distorted) {
+  if (options.distorted) {
     camera.model = CameraModel::kRadialTangential;
     camera.distortion = {-0.28, 0.07, 0.0002, -0.0001, 0};
+  }
+  if (options.fisheye) {
+    camera.fx = camera.fy = 305;
+    camera.model = CameraModel::kFisheye;
+    camera.distortion = {-0.013, 0.004, -0.001, 0.0002, 0};
   }
   return camera;
 }
@@ -69,6 +74,7 @@ std::string SimulationOptions::problem() const {
   if (!(roll_deg >= 0 && roll_deg <= 180)) return "simulation: roll_deg must be 0 to 180";
   if (num_frames < 1 || num_frames > 100000) return "simulation: num_frames must be 1 to 100000";
   if (!(rate_hz >= 1 && rate_hz <= 1000)) return "simulation: rate_hz must be 1 to 1000";
+  if (distorted && fisheye) return "simulation: distorted and fisheye are two lenses; choose one";
   if (!(noise >= 0 && noise <= 50)) return "simulation: noise must be 0 to 50 gray levels";
   if (seed < 0) return "simulation: seed must be 0 or more";
   return "";
@@ -84,8 +90,12 @@ struct SimulatedWorld::State {
 
   explicit State(const SimulationOptions& o)
       : options(o),
+<<<<<<< HEAD
         camera(make_camera(o.distorted)),
         walk(make_walk(o)),
+=======
+        camera(make_camera(o)),
+>>>>>>> motion
         surfaces(paint(courtyard(static_cast<std::uint32_t>(o.seed)), courtyard_light())),
         renderer(camera, surfaces),
         noise(o.noise, o.seed) {}

@@ -22,6 +22,8 @@ struct SimulationOptions {
   double rate_hz = 20;
   // Radial-tangential distortion as of a cheap lens (k1 -0.28, k2 0.07), else a pinhole.
   bool distorted = false;
+  // An equidistant fisheye of 122 by 92 degrees, 152 from corner to corner; else the above.
+  bool fisheye = false;
   double noise = 1.5;  // standard deviation of the sensor's noise, gray levels
   int seed = 1;        // of the noise and the surfaces
 
