@@ -39,14 +39,9 @@ ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, MapSign m
     observed.x.push_back(x);
     observed.sigma.push_back(sigma_factor * keypoint.sigma_px * camera.radians_per_pixel_at(x));
   }
-<<<<<<< HEAD
-  observed.minus = features_of_sign(frame, -1);
-  observed.plus = features_of_sign(frame, 1);
-=======
   if (observed.size() < static_cast<int>(in_view.size())) keep(in_view, observed.frame);
-  observed.omega_m = features_of_sign(observed.frame, map_sign);
-  observed.omega_p = features_of_sign(observed.frame, -map_sign);
->>>>>>> motion
+  observed.minus = features_of_sign(observed.frame, -1);
+  observed.plus = features_of_sign(observed.frame, 1);
   return observed;
 }
 

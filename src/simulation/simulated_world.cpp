@@ -90,12 +90,8 @@ struct SimulatedWorld::State {
 
   explicit State(const SimulationOptions& o)
       : options(o),
-<<<<<<< HEAD
-        camera(make_camera(o.distorted)),
-        walk(make_walk(o)),
-=======
         camera(make_camera(o)),
->>>>>>> motion
+        walk(make_walk(o)),
         surfaces(paint(courtyard(static_cast<std::uint32_t>(o.seed)), courtyard_light())),
         renderer(camera, surfaces),
         noise(o.noise, o.seed) {}
