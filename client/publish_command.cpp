@@ -93,6 +93,8 @@ int run(Options& options, StopSignals& signals) {
 Command add_publish_command(CLI::App& app) {
   static const std::map<std::string, PublishAs> kWays{
       {"raw", PublishAs::kRaw}, {"mjpeg", PublishAs::kMjpeg}, {"features", PublishAs::kFeatures}};
+  static const std::map<std::string, ExtractorKind> kExtractors(kExtractorNames.begin(),
+                                                                kExtractorNames.end());
   auto* command =
       app.add_subcommand("publish", "send the images of a recording, or of a simulated camera");
   const auto options = std::make_shared<Options>();
@@ -103,8 +105,16 @@ Command add_publish_command(CLI::App& app) {
   command->add_flag("--distorted", options->simulation.distorted, "simulate a cheap lens");
   command->add_flag("--fisheye", options->simulation.fisheye, "simulate a fisheye lens");
   command->add_option("--seed", options->simulation.seed, "of the simulated noise and surfaces");
+  command->add_option("--motion", options->simulation.motion,
+                      "of the simulated camera: lap, or turn (straight on, with fast turns)");
+  command->add_option("--roll-deg", options->simulation.roll_deg,
+                      "how far the simulated camera is slowly rolled");
   command->add_option("--as", publish.as, "raw, mjpeg or features (the default)")
       ->transform(CLI::CheckedTransformer(kWays));
+  command
+      ->add_option("--extractor", publish.features.extractor,
+                   "of --as features; the default is the server's")
+      ->transform(CLI::CheckedTransformer(kExtractors));
   command->add_option("--jpeg-quality", publish.jpeg_quality, "where images are no JPEG yet")
       ->check(CLI::Range(1, 100));
   command

@@ -35,13 +35,14 @@ struct Encoded {
 class FrameEncoder {
  public:
   FrameEncoder(const ImageSource& source, const PublishOptions& options, std::int64_t publisher)
-      : source_(source), options_(options), publisher_(publisher), extractor_(options.surf) {}
+      : source_(source), options_(options), publisher_(publisher), extractor_(options.features) {}
 
   ChannelKind kind() const {
     return options_.as == PublishAs::kFeatures ? ChannelKind::kFeatures : ChannelKind::kImage;
   }
 
-  Encoded encode(int i) const {
+  // In order, each image once: what extracts may follow the camera.
+  Encoded encode(int i) {
     switch (options_.as) {
       case PublishAs::kRaw:
         return encode_raw(i);
@@ -93,19 +94,18 @@ class FrameEncoder {
     return {eifmap::encode(to_message(image)), ""};
   }
 
-  Encoded encode_features(int i) const {
+  Encoded encode_features(int i) {
     const GrayImage gray = source_.gray(i);
     if (!gray.problem.empty()) return {{}, gray.problem};
-    const FeatureFrame frame =
-        extract_frame(extractor_, gray.image,
-                      {source_.time_us(i), publisher_, i, options_.camera, source_.camera().id()});
+    const FeatureFrame frame = extract_frame(extractor_, gray.image, source_.camera(),
+                                             {source_.time_us(i), publisher_, i, options_.camera});
     return {eifmap::encode(to_message(frame)), ""};
   }
 
   const ImageSource& source_;
   const PublishOptions& options_;
   std::int64_t publisher_;
-  SurfExtractor extractor_;
+  FeatureExtractor extractor_;
 };
 
 // Sends the calibration whenever its time has come.
@@ -148,7 +148,8 @@ std::string PublishOptions::problem() const {
   if (!(rate_hz <= 10000))
     return "rate is " + std::to_string(rate_hz) + ", wanted at most 10000 Hz";
   if (publisher < 0) return "publisher is " + std::to_string(publisher) + ", wanted 1 or more";
-  return surf.problem();
+  if (const auto problem = features.problem(); !problem.empty()) return "features." + problem;
+  return "";
 }
 
 PublishResult publish(const ImageSource& source, const PublishOptions& options, Bus& bus,
@@ -157,7 +158,7 @@ PublishResult publish(const ImageSource& source, const PublishOptions& options, 
     throw std::invalid_argument(problem);
   PublishResult result;
   result.publisher = options.publisher != 0 ? options.publisher : random_publisher();
-  const FrameEncoder encoder(source, options, result.publisher);
+  FrameEncoder encoder(source, options, result.publisher);
   const std::string channel = channel_name(options.camera, encoder.kind());
   CalibrationBeacon beacon(source, options.camera, bus);
   const std::string unsent = "LCM could not send on " + channel;

@@ -8,7 +8,7 @@
 
 #include "bus/bus.h"
 #include "client/image_source.h"
-#include "features/surf.h"
+#include "features/extractor.h"
 
 namespace eifmap {
 
@@ -26,7 +26,7 @@ struct PublishOptions {
   double rate_hz = -1;
   std::chrono::milliseconds start_delay{0};  // between the first calibration and the first image
   std::int64_t publisher = 0;                // 0: a random one for this start
-  SurfOptions surf;
+  FeatureOptions features;                   // kFeatures: how
 
   std::string problem() const;  // "" or which field is wrong and why
 };

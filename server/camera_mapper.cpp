@@ -44,7 +44,7 @@ const ServerConfig& checked(const ServerConfig& config) {
 }  // namespace
 
 CameraMapper::CameraMapper(const ServerConfig& config)
-    : config_(checked(config)), extractor_(config.surf), camera_(config.camera) {}
+    : config_(checked(config)), extractor_(config.features), camera_(config.camera) {}
 
 const Camera* CameraMapper::calibration_of(const std::string& camera) const {
   if (config_.calibration) return &*config_.calibration;
@@ -157,25 +157,23 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
   using Result = Decoded<FeatureFrame>;
   Decoded<ImageMessage> image;
   DecodedImage pixels;
-  std::int64_t calibration_id = 0;
+  const Camera* camera = nullptr;
   {
     const TimedStep step(timer_, "decode");
     image = decode_image(bytes);
     if (!image.ok()) return Result::refuse(image.reason, std::move(image.detail));
-    const Camera& camera = calibration_for(channel.camera, image.value.calibration_id,
-                                           image.value.width, image.value.height, known);
-    if (std::string problem = id_problem(image.value.calibration_id, camera); !problem.empty())
+    camera = &calibration_for(channel.camera, image.value.calibration_id, image.value.width,
+                              image.value.height, known);
+    if (std::string problem = id_problem(image.value.calibration_id, *camera); !problem.empty())
       return Result::refuse(Reason::kCalibrationMismatch, std::move(problem));
-    calibration_id = camera.id();
-    pixels = decode_pixels(image.value, camera);
+    pixels = decode_pixels(image.value, *camera);
     if (!pixels.ok()) return Result::refuse(pixels.reason, std::move(pixels.detail));
   }
   const TimedStep step(timer_, "extract");
   const ImageMessage& header = image.value;
   Result frame;
-  frame.value =
-      extract_frame(extractor_, pixels.gray,
-                    {header.time_us, header.publisher, header.seq, channel.camera, calibration_id});
+  frame.value = extract_frame(extractor_, pixels.gray, *camera,
+                              {header.time_us, header.publisher, header.seq, channel.camera});
   return frame;
 }
 

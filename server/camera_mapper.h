@@ -11,7 +11,7 @@
 
 #include "convert/bytes.h"
 #include "convert/channel.h"
-#include "features/surf.h"
+#include "features/extractor.h"
 #include "mapper.h"
 #include "server/config.h"
 #include "server/run_record.h"
@@ -75,7 +75,7 @@ class CameraMapper {
   void count_gap(const FeatureFrame& frame);
 
   const ServerConfig config_;
-  SurfExtractor extractor_;
+  FeatureExtractor extractor_;
   std::map<std::string, Camera> calibrations_;  // in use, by camera, from messages
   std::map<std::string, Camera> pending_;       // the last one heard that is not in use
   std::string camera_;

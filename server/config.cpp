@@ -18,10 +18,24 @@ struct InputNames {
   static constexpr std::array values{std::pair{"newest", InputMode::kNewest},
                                      std::pair{"lossless", InputMode::kLossless}};
 };
+struct ExtractorNames {
+  static constexpr auto values = kExtractorNames;
+};
 struct ModelNames {
   static constexpr std::array values{std::pair{"pinhole", CameraModel::kPinhole},
                                      std::pair{"radial_tangential", CameraModel::kRadialTangential},
                                      std::pair{"fisheye", CameraModel::kFisheye}};
+};
+
+struct PoseStartNames {
+  static constexpr std::array values{
+      std::pair{"scale_fit", PoseStart::kScaleFit}, std::pair{"same_speed", PoseStart::kSameSpeed},
+      std::pair{"triangulation", PoseStart::kTriangulation}, std::pair{"pnp", PoseStart::kPnp}};
+};
+struct MapSignNames {
+  static constexpr std::array values{
+      std::pair{"minus", MapSignChoice::kMinus}, std::pair{"plus", MapSignChoice::kPlus},
+      std::pair{"both", MapSignChoice::kBoth}, std::pair{"merit", MapSignChoice::kMerit}};
 };
 struct CovarianceNames {
   static constexpr std::array values{std::pair{"linear", RelativePoseCovariance::kLinear},
@@ -42,6 +56,8 @@ struct NamesOf;
 template <>
 struct NamesOf<InputMode> : InputNames {};
 template <>
+struct NamesOf<ExtractorKind> : ExtractorNames {};
+template <>
 struct NamesOf<CameraModel> : ModelNames {};
 template <>
 struct NamesOf<RelativePoseCovariance> : CovarianceNames {};
@@ -49,6 +65,10 @@ template <>
 struct NamesOf<ScaleFitMethod> : ScaleFitNames {};
 template <>
 struct NamesOf<Relinearize> : RelinearizeNames {};
+template <>
+struct NamesOf<PoseStart> : PoseStartNames {};
+template <>
+struct NamesOf<MapSignChoice> : MapSignNames {};
 
 // Reads one JSON object into a struct. The first thing wrong is kept, by its full name.
 class Reader {
@@ -198,7 +218,7 @@ std::string ServerConfig::problem() const {
     return "status_period_s: must be 0.01 to 60";
   if (calibration && !calibration->problem().empty())
     return "calibration: " + calibration->problem();
-  if (const std::string found = surf.problem(); !found.empty()) return found;
+  if (const std::string found = features.problem(); !found.empty()) return "features." + found;
   if (const std::string found = mapper.problem(); !found.empty()) return "mapper." + found;
   return "";
 }

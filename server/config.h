@@ -6,7 +6,7 @@
 
 #include "bus/default_url.h"
 #include "convert/map_message.h"
-#include "features/surf.h"
+#include "features/extractor.h"
 #include "geometry/camera.h"
 #include "options.h"
 #include "server/inbox.h"
@@ -27,7 +27,7 @@ struct ServerConfig {
   int map_bytes_per_s = 5'000'000;
   double status_period_s = 1;
   std::optional<Camera> calibration;  // instead of waiting for one by message
-  SurfOptions surf;
+  FeatureOptions features;
   MapperOptions mapper;
 
   std::string problem() const;  // "" or which value is wrong and why

@@ -24,10 +24,24 @@ void visit_fields(O& o, auto&& visit) {
 
 template <OptionsOf<SurfOptions> O>
 void visit_fields(O& o, auto&& visit) {
-  visit("max_features", o.max_features);
   visit("octaves", o.octaves);
   visit("sampling_step", o.sampling_step);
   visit("min_response", o.min_response);
+}
+
+template <OptionsOf<SiftOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("octave_layers", o.octave_layers);
+  visit("contrast_threshold", o.contrast_threshold);
+  visit("edge_threshold", o.edge_threshold);
+}
+
+template <OptionsOf<FeatureOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("extractor", o.extractor);
+  visit("max_features", o.max_features);
+  visit("surf", o.surf);
+  visit("sift", o.sift);
 }
 
 template <OptionsOf<MatchOptions> O>
@@ -82,10 +96,15 @@ void visit_fields(O& o, auto&& visit) {
   visit("min_points", o.min_points);
   visit("max_relative_depth", o.max_relative_depth);
   visit("max_frames", o.max_frames);
+  visit("triangulated_keyframes", o.triangulated_keyframes);
 }
 
 template <OptionsOf<TrackingOptions> O>
 void visit_fields(O& o, auto&& visit) {
+  visit("start", o.start);
+  visit("older_reference", o.older_reference);
+  visit("fall_back_to_pnp", o.fall_back_to_pnp);
+  visit("refine", o.refine);
   visit("min_inlier_ratio", o.min_inlier_ratio);
 }
 
@@ -105,6 +124,8 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_error", o.max_error);
   visit("min_views", o.min_views);
   visit("search_radius_px", o.search_radius_px);
+  visit("min_baseline_sigma", o.min_baseline_sigma);
+  visit("promote_omega_p", o.promote_omega_p);
 }
 
 template <OptionsOf<EdgeOptions> O>
@@ -158,7 +179,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("map_bytes_per_s", o.map_bytes_per_s);
   visit("status_period_s", o.status_period_s);
   visit("calibration", o.calibration);
-  visit("surf", o.surf);
+  visit("features", o.features);
   visit("mapper", o.mapper);
 }
 

@@ -63,7 +63,7 @@ ServerConfig effective_config(const Options& options) {
 
 int run_recorded(SequenceRunOptions options, const ServerConfig& config, StopSignals& signals) {
   if (options.output.empty()) throw std::invalid_argument("--sequence needs --output DIR");
-  options.surf = config.surf;
+  options.features = config.features;
   options.mapper = config.mapper;
   ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
   bool interrupted = false;

@@ -34,7 +34,7 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   StepTimer timer;
   RunRecord record;
   Jitter jitter(options.jitter_px, options.seed);
-  const SurfExtractor extractor(options.surf);
+  FeatureExtractor extractor(options.features);
   Mapper mapper(sequence.camera(), options.mapper);
   mapper.set_step_observer(
       [&](std::string_view step, bool begins) { timer.observe(step, begins); });
@@ -52,8 +52,8 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
     FeatureFrame frame;
     {
       const TimedStep step(timer, "extract");
-      frame = extract_frame(extractor, image.image,
-                            {sequence.time_us(i), 0, i, "cam0", sequence.camera().id()});
+      frame = extract_frame(extractor, image.image, sequence.camera(),
+                            {sequence.time_us(i), 0, i, "cam0"});
     }
     jitter.apply(frame);
     return mapper.process(frame);

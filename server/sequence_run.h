@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "features/surf.h"
+#include "features/extractor.h"
 #include "options.h"
 
 namespace eifmap {
@@ -18,7 +18,7 @@ struct SequenceRunOptions {
   int max_frames = 0;      // of those taken; 0: all
   double jitter_px = 0;    // noise added to the keypoints
   std::uint64_t seed = 1;  // of the noise
-  SurfOptions surf;
+  FeatureOptions features;
   MapperOptions mapper;
 };
 

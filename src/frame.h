@@ -22,7 +22,7 @@ struct Keypoint {
   float sigma_px = 1;  // px, standard deviation of (u, v), each axis
   float scale = 1;     // px, sigma of the blob
   float angle = 0;     // rad, +u towards +v; 0 when upright
-  float response = 0;  // determinant of the Hessian, normalized by scale
+  float response = 0;  // how sure: SURF determinant of the Hessian, normalized by scale; SIFT |DoG|
   std::int8_t laplacian_sign = 0;  // sign of Lxx + Lyy: -1 bright blob on dark, +1 dark on bright
 };
 

@@ -87,6 +87,15 @@ struct TimedPose {
   Rigid3 world_from_camera;
 };
 
+// A keyframe as the map now has it.
+struct KeyframeEstimate {
+  std::int64_t time_us = 0;
+  Rigid3 map_from_camera;
+  CovarianceStatus covariance_status = CovarianceStatus::kNone;
+  // Marginal, in the map's gauge, in the wire's order as FrameResult has it.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
 struct MapPoint {
   Eigen::Vector3d position;  // world
   int laplacian_sign = 0;

@@ -74,7 +74,70 @@ void sample_cells(const IntegralImage& integral, const Cuts& columns, const Cuts
   }
 }
 
+// Where one side of each cell of a row cuts an axis.
+EIFMAP_VECTOR_CLONES
+void cut_cells(float first, float step, int size, Cuts& cuts) {
+  const float last = static_cast<float>(size - 1);
+  for (int k = 0; k < kPadded; ++k) {
+    const float x = first + static_cast<float>(k) * step;
+    const float index = std::min(std::max(std::floor(x), 0.0f), last);
+    cuts.index[k] = static_cast<std::int32_t>(index);
+    cuts.fraction[k] = x - index;
+  }
+}
+
+// Pixel sums of boxes that begin at the first pixel that the cell cuts: exact integers, relative to
+// the first row and column.
+struct Corner {
+  const std::uint32_t* sums;
+  std::ptrdiff_t stride;
+
+  float inside(std::int32_t left, std::int32_t top, std::int32_t x, std::int32_t y) const {
+    const std::uint32_t* upper = sums + top * stride;
+    const std::uint32_t* lower = sums + y * stride;
+    return static_cast<float>(
+        static_cast<std::int32_t>((lower[x] - lower[left]) - (upper[x] - upper[left])));
+  }
+};
+
+// One row of a turned grid.
+EIFMAP_VECTOR_CLONES
+void average_row(const IntegralImage& integral, const Cuts& left, const Cuts& right,
+                 const Cuts& top, const Cuts& bottom, float normalizer, float* mean) {
+  const Corner corner{integral.row(0), integral.width() + 1};
+  for (int k = 0; k < kCells; ++k) {
+    const std::int32_t x0 = left.index[k], x1 = right.index[k];
+    const std::int32_t y0 = top.index[k], y1 = bottom.index[k];
+    const auto sum = [&](std::int32_t x, std::int32_t y) { return corner.inside(x0, y0, x, y); };
+    const float fx0 = left.fraction[k], fx1 = right.fraction[k];
+    // From the first pixel's left side to the cell's right side, minus to the cell's left side.
+    const auto strip = [&](std::int32_t y) {
+      const float until_right = sum(x1, y) + fx1 * (sum(x1 + 1, y) - sum(x1, y));
+      return until_right - fx0 * sum(x0 + 1, y);
+    };
+    const float until_bottom = strip(y1) + bottom.fraction[k] * (strip(y1 + 1) - strip(y1));
+    mean[k] = (until_bottom - top.fraction[k] * strip(y0 + 1)) * normalizer;
+  }
+}
+
 }  // namespace
+
+void CellGrid::sample_turned(const IntegralImage& integral, float u, float v, float side,
+                             float angle) {
+  const float along = side * std::cos(angle), across = side * std::sin(angle);
+  constexpr float kMiddle = kCells / 2;
+  Cuts left, right, top, bottom;
+  for (int j = 0; j < kCells; ++j) {
+    const float row = static_cast<float>(j) - kMiddle;
+    const float x = u + 0.5f - 0.5f * side - kMiddle * along - row * across;
+    const float y = v + 0.5f - 0.5f * side - kMiddle * across + row * along;
+    cut_cells(x, along, integral.width(), left);
+    cut_cells(x + side, along, integral.width(), right);
+    cut_cells(y, across, integral.height(), top);
+    cut_cells(y + side, across, integral.height(), bottom);
+    average_row(integral, left, right, top, bottom, 1.0f / (side * side), mean[j]);
+  }
+}
 
 void CellGrid::sample(const IntegralImage& integral, float u, float v, float side) {
   sample_cells(integral, cut_axis(u, side, integral.width()), cut_axis(v, side, integral.height()),

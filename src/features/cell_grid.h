@@ -15,6 +15,10 @@ struct CellGrid {
   // go on outside. `side`: px, of a cell, > 0. Means are relative to an arbitrary level: only
   // differences between cells count.
   void sample(const IntegralImage& integral, float u, float v, float side);
+
+  // The same with the grid turned by `angle` (rad, +u towards +v) around the point. The cells'
+  // centres turn; the cells themselves stay upright, so that their means remain exact.
+  void sample_turned(const IntegralImage& integral, float u, float v, float side, float angle);
 };
 
 }  // namespace eifmap

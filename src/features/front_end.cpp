@@ -2,17 +2,18 @@
 
 namespace eifmap {
 
-FeatureFrame extract_frame(const SurfExtractor& extractor, const cv::Mat& gray,
+FeatureFrame extract_frame(FeatureExtractor& extractor, const cv::Mat& gray, const Camera& camera,
                            const FrameHeader& header) {
-  Features features = extractor.extract(gray);
+  Features features = extractor.extract(gray, camera);
   FeatureFrame frame;
   frame.time_us = header.time_us;
   frame.publisher = header.publisher;
   frame.seq = header.seq;
   frame.camera = header.camera;
-  frame.calibration_id = header.calibration_id;
+  frame.calibration_id = camera.id();
   frame.width = gray.cols;
   frame.height = gray.rows;
+  frame.extractor = extractor.id();
   frame.keypoints = std::move(features.keypoints);
   frame.descriptors = std::move(features.descriptors);
   return frame;

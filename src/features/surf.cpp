@@ -3,18 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <stdexcept>
 #include <tuple>
 
 #include "features/blob_detector.h"
 #include "features/feature_spread.h"
-#include "features/integral_image.h"
 #include "features/surf_descriptor.h"
+#include "features/surf_orientation.h"
 
 namespace eifmap {
 namespace {
-
-constexpr int kSmallestImage = 32;  // px
 
 // Of the blobs in order of merit, this many more than wanted are refined: some are twice the same.
 constexpr double kSpare = 1.1;
@@ -31,10 +28,6 @@ std::vector<BlobCandidate> preselect(const std::vector<BlobCandidate>& found, in
   std::vector<BlobCandidate> kept;
   for (const std::size_t i : spread(contenders, width, height, count)) kept.push_back(found[i]);
   return kept;
-}
-
-bool comes_before(const Keypoint& a, const Keypoint& b) {
-  return std::tuple(-a.response, a.v, a.u, a.scale) < std::tuple(-b.response, b.v, b.u, b.scale);
 }
 
 Keypoint keypoint_of(const Blob& blob) {
@@ -80,27 +73,12 @@ void drop_duplicates(std::vector<Keypoint>& keypoints) {
   keypoints.resize(kept);
 }
 
-std::vector<Keypoint> select(const std::vector<Keypoint>& keypoints, int width, int height,
-                             std::size_t wanted) {
-  std::vector<Contender> contenders;
-  contenders.reserve(keypoints.size());
-  for (const Keypoint& k : keypoints)
-    contenders.push_back({k.u, k.v, k.response, k.laplacian_sign});
-  std::vector<Keypoint> kept;
-  for (const std::size_t i : spread(contenders, width, height, wanted))
-    kept.push_back(keypoints[i]);
-  std::sort(kept.begin(), kept.end(), comes_before);
-  return kept;
-}
-
 }  // namespace
 
 std::string SurfOptions::problem() const {
   const auto wrong = [](const char* field, auto value, const char* right) {
     return std::string("surf.") + field + " is " + std::to_string(value) + ": must be " + right;
   };
-  if (max_features < 1 || max_features > 100000)
-    return wrong("max_features", max_features, "1 to 100000");
   if (octaves < 1 || octaves > 6) return wrong("octaves", octaves, "1 to 6");
   if (sampling_step != 1 && sampling_step != 2 && sampling_step != 4)
     return wrong("sampling_step", sampling_step, "1, 2 or 4");
@@ -109,38 +87,39 @@ std::string SurfOptions::problem() const {
   return "";
 }
 
-SurfExtractor::SurfExtractor(const SurfOptions& options) : options_(options) {
-  if (const std::string problem = options.problem(); !problem.empty())
-    throw std::invalid_argument(problem);
-}
+SurfImage::SurfImage(const cv::Mat& gray, const SurfOptions& options)
+    : options_(options), integral_(gray), pyramid_(gray, options.octaves + 2) {}
 
-Features SurfExtractor::extract(const cv::Mat& gray) const {
-  if (gray.type() != CV_8UC1) throw std::invalid_argument("surf: the image must be CV_8UC1");
-  if (gray.cols < kSmallestImage || gray.rows < kSmallestImage)
-    throw std::invalid_argument("surf: the image must be at least 32x32");
-
-  const IntegralImage integral(gray);
-  const ImagePyramid pyramid(gray, options_.octaves + 2);
-  const std::size_t wanted = static_cast<std::size_t>(options_.max_features);
-  const auto times_wanted = [wanted](double factor) {
-    return static_cast<std::size_t>(factor * static_cast<double>(wanted)) + 16;
+std::vector<Keypoint> SurfImage::find_keypoints(int max_features) const {
+  const int width = integral_.width(), height = integral_.height();
+  const auto times_wanted = [max_features](double factor) {
+    return static_cast<std::size_t>(factor * max_features) + 16;
   };
   const std::vector<BlobCandidate> found =
-      find_blobs(integral, options_.octaves, options_.sampling_step,
+      find_blobs(integral_, options_.octaves, options_.sampling_step,
                  static_cast<float>(options_.min_response));
   std::vector<Keypoint> keypoints =
-      refine(integral, pyramid, preselect(found, gray.cols, gray.rows, times_wanted(kCandidates)),
+      refine(integral_, pyramid_, preselect(found, width, height, times_wanted(kCandidates)),
              times_wanted(kSpare));
   drop_duplicates(keypoints);
+  std::vector<Keypoint> kept;
+  for (const std::size_t i :
+       best_keypoints(keypoints, width, height, static_cast<std::size_t>(max_features)))
+    kept.push_back(keypoints[i]);
+  return kept;
+}
 
-  Features features;
-  features.keypoints = select(keypoints, gray.cols, gray.rows, wanted);
-  features.descriptors.resize(features.keypoints.size() * kDescriptorSize);
-  for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
-    const Keypoint& k = features.keypoints[i];
-    surf_descriptor(integral, k.u, k.v, k.scale, &features.descriptors[i * kDescriptorSize]);
+void SurfImage::orient(std::vector<Keypoint>& keypoints) const {
+  for (Keypoint& k : keypoints) k.angle = surf_orientation(integral_, k.u, k.v, k.scale);
+}
+
+std::vector<std::int8_t> SurfImage::describe(const std::vector<Keypoint>& keypoints) const {
+  std::vector<std::int8_t> descriptors(keypoints.size() * kDescriptorSize);
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    const Keypoint& k = keypoints[i];
+    surf_descriptor(integral_, k.u, k.v, k.scale, k.angle, &descriptors[i * kDescriptorSize]);
   }
-  return features;
+  return descriptors;
 }
 
 }  // namespace eifmap

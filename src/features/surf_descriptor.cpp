@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "features/cell_grid.h"
+#include "features/descriptor_bytes.h"
 #include "features/vector_clones.h"
 
 namespace eifmap {
@@ -64,25 +65,15 @@ void sum_columns(const CellGrid& cells, const Weights& weights, ColumnSums& sums
   }
 }
 
-// To unit length with no entry over 0.5, as far as both can be had.
-void quantize(std::array<double, kDescriptorSize>& values, std::int8_t* descriptor) {
-  constexpr double kLargest = 0.5;
-  for (int round = 0; round < 3; ++round) {
-    double squares = 0;
-    for (const double x : values) squares += x * x;
-    const double factor = squares > 0 ? 1 / std::sqrt(squares) : 0;
-    for (double& x : values) x = std::clamp(x * factor, -kLargest, kLargest);
-  }
-  for (std::size_t i = 0; i < kDescriptorSize; ++i)
-    descriptor[i] = static_cast<std::int8_t>(std::lround(254 * values[i]));
-}
-
 }  // namespace
 
-void surf_descriptor(const IntegralImage& integral, float u, float v, float scale,
+void surf_descriptor(const IntegralImage& integral, float u, float v, float scale, float angle,
                      std::int8_t* descriptor) {
   CellGrid cells;
-  cells.sample(integral, u, v, scale);
+  if (angle == 0)
+    cells.sample(integral, u, v, scale);
+  else
+    cells.sample_turned(integral, u, v, scale, angle);
   const Weights& weights = sample_weights();
   ColumnSums sums;
   sum_columns(cells, weights, sums);
@@ -94,7 +85,7 @@ void surf_descriptor(const IntegralImage& integral, float u, float v, float scal
         for (std::size_t i = 0; i < kSamples; ++i) sum += weights.of[q][i] * sums.of[m][p][i];
         values[(kRegions * p + q) * 4 + m] = sum;
       }
-  quantize(values, descriptor);
+  write_descriptor(values, descriptor);
 }
 
 }  // namespace eifmap

@@ -23,10 +23,11 @@ void keep(const std::vector<bool>& kept, FeatureFrame& frame) {
 
 }  // namespace
 
-ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, int map_sign,
+ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, MapSign map_sign,
                       double sigma_factor) {
   ObservedFrame observed;
   observed.frame = frame;
+  observed.map_sign = map_sign;
   observed.x.reserve(frame.keypoints.size());
   observed.sigma.reserve(frame.keypoints.size());
   std::vector<bool> in_view;
@@ -39,9 +40,26 @@ ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, int map_s
     observed.sigma.push_back(sigma_factor * keypoint.sigma_px * camera.radians_per_pixel_at(x));
   }
   if (observed.size() < static_cast<int>(in_view.size())) keep(in_view, observed.frame);
-  observed.omega_m = features_of_sign(observed.frame, map_sign);
-  observed.omega_p = features_of_sign(observed.frame, -map_sign);
+  observed.minus = features_of_sign(observed.frame, -1);
+  observed.plus = features_of_sign(observed.frame, 1);
   return observed;
+}
+
+std::vector<Match> match_omega_m(const ObservedFrame& i, const ObservedFrame& j,
+                                 const MatchOptions& options) {
+  if (i.map_sign == MapSign::kPlus) return match(i.plus, j.plus, options);
+  std::vector<Match> matches = match(i.minus, j.minus, options);
+  if (i.map_sign == MapSign::kMinus) return matches;
+  const std::vector<Match> more = match(i.plus, j.plus, options);
+  matches.insert(matches.end(), more.begin(), more.end());
+  return matches;
+}
+
+std::vector<Match> match_omega_p(const ObservedFrame& i, const ObservedFrame& j,
+                                 const MatchOptions& options) {
+  if (i.map_sign == MapSign::kBoth) return {};
+  return i.map_sign == MapSign::kPlus ? match(i.minus, j.minus, options)
+                                      : match(i.plus, j.plus, options);
 }
 
 }  // namespace eifmap

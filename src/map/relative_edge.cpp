@@ -7,23 +7,30 @@
 namespace eifmap {
 namespace {
 
-// Unspent on both sides, then every n-th so that the edge's share is spread over the image (matches
+// A measurement enters one edge only, and none that the map has as a feature's.
+std::vector<std::uint8_t> taken(const Keyframe& keyframe) {
+  std::vector<std::uint8_t> taken = keyframe.spent;
+  for (std::size_t k = 0; k < taken.size(); ++k) taken[k] |= keyframe.track[k] != kNoTrack;
+  return taken;
+}
+
+// Free on both sides, then every n-th so that the edge's share is spread over the image (matches
 // come in the order of the features' response).
-std::vector<Match> choose_unspent(const Map& map, int i, int j, const std::vector<Match>& matches,
-                                  const EdgeOptions& options) {
-  std::vector<Match> unspent;
-  std::vector<std::uint8_t> spent_i = map.keyframe(i).spent, spent_j = map.keyframe(j).spent;
+std::vector<Match> choose_free(const Map& map, int i, int j, const std::vector<Match>& matches,
+                               const EdgeOptions& options) {
+  std::vector<Match> free;
+  std::vector<std::uint8_t> taken_i = taken(map.keyframe(i)), taken_j = taken(map.keyframe(j));
   for (const Match& match : matches) {
-    if (spent_i[match.a] || spent_j[match.b]) continue;
-    spent_i[match.a] = spent_j[match.b] = 1;  // matches need not be mutual
-    unspent.push_back(match);
+    if (taken_i[match.a] || taken_j[match.b]) continue;
+    taken_i[match.a] = taken_j[match.b] = 1;  // matches need not be mutual
+    free.push_back(match);
   }
   const auto share = static_cast<std::size_t>(options.max_spent_ratio * matches.size());
   const std::size_t wanted =
       std::max<std::size_t>(share, static_cast<std::size_t>(options.min_measurements) * 6 / 5);
-  if (unspent.size() <= wanted) return unspent;
+  if (free.size() <= wanted) return free;
   std::vector<Match> chosen;
-  for (std::size_t k = 0; k < wanted; ++k) chosen.push_back(unspent[k * unspent.size() / wanted]);
+  for (std::size_t k = 0; k < wanted; ++k) chosen.push_back(free[k * free.size() / wanted]);
   return chosen;
 }
 
@@ -31,7 +38,7 @@ std::vector<Match> choose_unspent(const Map& map, int i, int j, const std::vecto
 
 bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, RelativePose start,
               const MapperOptions& options) {
-  const std::vector<Match> chosen = choose_unspent(map, i, j, matches, options.edge);
+  const std::vector<Match> chosen = choose_free(map, i, j, matches, options.edge);
   if (static_cast<int>(chosen.size()) < options.edge.min_measurements) return false;
   const ObservedFrame& frame_i = map.keyframe(i).observed;
   const ObservedFrame& frame_j = map.keyframe(j).observed;
@@ -56,16 +63,18 @@ bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, Relativ
 }
 
 bool add_edge_from_map(Map& map, int i, int j, const MapperOptions& options) {
-  const auto unspent = [&map](int k) {
+  const auto free = [&map](int k) {
+    const std::vector<std::uint8_t> is_taken = taken(map.keyframe(k));
     std::vector<int> keypoints;
-    for (int keypoint : map.keyframe(k).observed.omega_p.index)
-      if (!map.keyframe(k).spent[keypoint]) keypoints.push_back(keypoint);
+    for (int keypoint = 0; keypoint < map.keyframe(k).observed.size(); ++keypoint)
+      if (!map.keyframe(k).observed.in_omega_m(keypoint) && !is_taken[keypoint])
+        keypoints.push_back(keypoint);
     return keypoints;
   };
   // Wide enough that the map's own error does not choose the matches.
   constexpr double kMaxError = 6;
   const std::vector<Match> matches = match_along_epipolar_lines(
-      map.keyframe(i).observed, unspent(i), map.keyframe(j).observed, unspent(j), map.pose(i),
+      map.keyframe(i).observed, free(i), map.keyframe(j).observed, free(j), map.pose(i),
       map.pose(j), {kMaxError, options.match.max_ratio, options.match.max_distance});
   const Rigid3 i_from_j = map.pose(i).inverse() * map.pose(j);
   RelativePose start;

@@ -1,6 +1,7 @@
 #include "simulation/simulated_world.h"
 
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 
@@ -33,6 +34,13 @@ Camera make_camera(const SimulationOptions& options) {
   return camera;
 }
 
+Walk make_walk(const SimulationOptions& options) {
+  Walk walk;
+  walk.path = options.motion == "turn" ? Path::kRectangle : Path::kEllipse;
+  walk.roll = options.roll_deg * std::numbers::pi / 180;
+  return walk;
+}
+
 // Gaussian noise drawn once; each image row starts at its own place in it.
 class SensorNoise {
  public:
@@ -61,6 +69,9 @@ class SensorNoise {
 
 std::string SimulationOptions::problem() const {
   if (world != "courtyard") return "simulation: world is '" + world + "', wanted 'courtyard'";
+  if (motion != "lap" && motion != "turn")
+    return "simulation: motion is '" + motion + "', wanted 'lap' or 'turn'";
+  if (!(roll_deg >= 0 && roll_deg <= 180)) return "simulation: roll_deg must be 0 to 180";
   if (num_frames < 1 || num_frames > 100000) return "simulation: num_frames must be 1 to 100000";
   if (!(rate_hz >= 1 && rate_hz <= 1000)) return "simulation: rate_hz must be 1 to 1000";
   if (distorted && fisheye) return "simulation: distorted and fisheye are two lenses; choose one";
@@ -80,6 +91,7 @@ struct SimulatedWorld::State {
   explicit State(const SimulationOptions& o)
       : options(o),
         camera(make_camera(o)),
+        walk(make_walk(o)),
         surfaces(paint(courtyard(static_cast<std::uint32_t>(o.seed)), courtyard_light())),
         renderer(camera, surfaces),
         noise(o.noise, o.seed) {}

@@ -1,9 +1,9 @@
 // Features and matching, one thread. Run: eifmap_bench_features. Not a test: no figure can fail it.
 #include <benchmark/benchmark.h>
 
+#include "features/extractor.h"
 #include "features/images.h"
 #include "features/matcher.h"
-#include "features/surf.h"
 
 namespace eifmap {
 namespace {
@@ -15,11 +15,11 @@ cv::Mat textured(int width, int height) {
 void surf(benchmark::State& state) {
   const cv::Mat image =
       textured(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
-  SurfOptions options;
-  options.sampling_step = static_cast<int>(state.range(2));
-  const SurfExtractor extractor(options);
+  FeatureOptions options;
+  options.surf.sampling_step = static_cast<int>(state.range(2));
+  FeatureExtractor extractor(options);
   std::size_t features = 0;
-  for (auto _ : state) features = extractor.extract(image).keypoints.size();
+  for (auto _ : state) features = extractor.extract(image, {}).keypoints.size();
   state.counters["features"] = static_cast<double>(features);
 }
 BENCHMARK(surf)

@@ -116,13 +116,14 @@ TEST_F(PublisherTest, FeaturesAreThoseOfTheImage) {
   auto wanted = options(PublishAs::kFeatures);
   wanted.publisher = 77;
   publish(*images, wanted, recorder.sender(), always);
+  FeatureExtractor extractor;
   for (int i = 0; i < 3; ++i) {
     const auto frame =
         decode_features(recorder.messages().at(static_cast<std::size_t>(i) + 1).bytes);
     ASSERT_TRUE(frame.ok()) << frame.detail;
     EXPECT_EQ(frame.value.publisher, 77);
-    const auto here = extract_frame(SurfExtractor(), images->gray(i).image,
-                                    {images->time_us(i), 77, i, "left", images->camera().id()});
+    const auto here = extract_frame(extractor, images->gray(i).image, images->camera(),
+                                    {images->time_us(i), 77, i, "left"});
     EXPECT_GT(here.keypoints.size(), 10u);
     EXPECT_EQ(encode(to_message(frame.value)), encode(to_message(here)));
   }

@@ -51,5 +51,32 @@ TEST(CellGrid, TheBorderGoesOnOutside) {
   expect_grid(image, 0, 0, 4.1f);
 }
 
+void expect_turned_grid(const cv::Mat& image, float u, float v, float side, float angle) {
+  CellGrid grid;
+  grid.sample_turned(IntegralImage(image), u, v, side, angle);
+  constexpr int kMiddle = CellGrid::kCells / 2;
+  const Eigen::Rotation2Dd turn(angle);
+  for (int j = 0; j < CellGrid::kCells; ++j)
+    for (int i = 0; i < CellGrid::kCells; ++i) {
+      const Eigen::Vector2d corner = Eigen::Vector2d(u, v) +
+                                     side * (turn * Eigen::Vector2d(i - kMiddle, j - kMiddle)) -
+                                     0.5 * side * Eigen::Vector2d::Ones();
+      ASSERT_NEAR(grid.mean[j][i], brute_force_mean(image, corner.x(), corner.y(), side), 0.02)
+          << "cell " << i << ' ' << j << " of " << u << ' ' << v << ' ' << side << ' ' << angle;
+    }
+}
+
+TEST(CellGrid, TurnedCellsAreExactMeansAtTurnedPlaces) {
+  const cv::Mat image = testing::random_image(160, 140, 3);
+  for (const float angle : {0.3f, 1.5f, -0.8f, 3.0f, -2.6f}) {
+    expect_turned_grid(image, 80, 70, 1, angle);
+    expect_turned_grid(image, 81.37f, 69.81f, 1.213f, angle);
+    expect_turned_grid(image, 77.52f, 71.08f, 0.61f, angle);
+    expect_turned_grid(image, 79.9f, 70.3f, 5.7f, angle);
+    expect_turned_grid(image, 2.3f, 137.2f, 2.4f, angle);
+    expect_turned_grid(image, 159, 0, 9.1f, angle);
+  }
+}
+
 }  // namespace
 }  // namespace eifmap

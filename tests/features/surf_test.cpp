@@ -1,5 +1,3 @@
-#include "features/surf.h"
-
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -7,6 +5,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "features/extractor.h"
 #include "features/images.h"
 #include "features/matcher.h"
 
@@ -19,6 +18,10 @@ cv::Mat textured(int width, int height, unsigned seed, double contrast = 1) {
       width, height, [&](double x, double y) { return 128 + contrast * (texture(x, y) - 128); });
 }
 
+Features extract(const cv::Mat& image, const FeatureOptions& options = {}) {
+  return FeatureExtractor(options).extract(image, {});
+}
+
 bool same(const Features& a, const Features& b) {
   const auto fields = [](const Keypoint& k) {
     return std::tuple(k.u, k.v, k.sigma_px, k.scale, k.angle, k.response, k.laplacian_sign);
@@ -29,10 +32,10 @@ bool same(const Features& a, const Features& b) {
 }
 
 TEST(Surf, FeaturesAreWhatTheFrameSays) {
-  SurfOptions options;
+  FeatureOptions options;
   options.max_features = 400;
   const cv::Mat image = textured(320, 240, 1);
-  const Features features = SurfExtractor(options).extract(image);
+  const Features features = extract(image, options);
   ASSERT_EQ(features.keypoints.size(), 400u);
   ASSERT_EQ(features.descriptors.size(), 400u * kDescriptorSize);
   int bright = 0;
@@ -54,7 +57,7 @@ TEST(Surf, FeaturesAreWhatTheFrameSays) {
 }
 
 TEST(Surf, OrderIsResponseThenPlace) {
-  const Features features = SurfExtractor().extract(textured(320, 240, 2));
+  const Features features = extract(textured(320, 240, 2));
   for (std::size_t i = 1; i < features.keypoints.size(); ++i) {
     const Keypoint &a = features.keypoints[i - 1], &b = features.keypoints[i];
     EXPECT_LE(std::tuple(-a.response, a.v, a.u), std::tuple(-b.response, b.v, b.u));
@@ -62,7 +65,7 @@ TEST(Surf, OrderIsResponseThenPlace) {
 }
 
 TEST(Surf, NoBlobTwice) {
-  const Features features = SurfExtractor().extract(textured(320, 240, 3));
+  const Features features = extract(textured(320, 240, 3));
   std::set<std::tuple<long, long, long>> places;
   for (const Keypoint& k : features.keypoints)
     EXPECT_TRUE(places
@@ -72,7 +75,7 @@ TEST(Surf, NoBlobTwice) {
 }
 
 TEST(Surf, DescriptorsAreUnitVectorsOfBytes) {
-  const Features features = SurfExtractor().extract(textured(320, 240, 4));
+  const Features features = extract(textured(320, 240, 4));
   ASSERT_FALSE(features.keypoints.empty());
   for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
     const std::int8_t* row = &features.descriptors[i * kDescriptorSize];
@@ -93,69 +96,66 @@ TEST(Surf, DescriptorsAreUnitVectorsOfBytes) {
 
 TEST(Surf, SameImageSameBytes) {
   const cv::Mat image = textured(320, 240, 5);
-  const SurfExtractor extractor;
-  const Features first = extractor.extract(image);
-  extractor.extract(textured(200, 300, 6));  // another image in between leaves no trace
-  EXPECT_TRUE(same(first, extractor.extract(image)));
-  EXPECT_TRUE(same(first, SurfExtractor().extract(image.clone())));
+  FeatureExtractor extractor;
+  const Features first = extractor.extract(image, {});
+  extractor.extract(textured(200, 300, 6), {});  // another image in between leaves no trace
+  EXPECT_TRUE(same(first, extractor.extract(image, {})));
+  EXPECT_TRUE(same(first, extract(image.clone())));
 }
 
 TEST(Surf, AViewIntoALargerImageIsAnImage) {
   const cv::Mat image = textured(320, 240, 7);
   const cv::Mat part = image(cv::Rect(31, 17, 200, 180));
-  EXPECT_TRUE(same(SurfExtractor().extract(part), SurfExtractor().extract(part.clone())));
+  EXPECT_TRUE(same(extract(part), extract(part.clone())));
 }
 
 TEST(Surf, FaintTextureGivesItsOwnFeatures) {
-  const std::size_t plain = SurfExtractor().extract(textured(320, 240, 8)).keypoints.size();
-  const std::size_t faint = SurfExtractor().extract(textured(320, 240, 8, 0.15)).keypoints.size();
+  const std::size_t plain = extract(textured(320, 240, 8)).keypoints.size();
+  const std::size_t faint = extract(textured(320, 240, 8, 0.15)).keypoints.size();
   EXPECT_GT(plain, 300u);
   EXPECT_GT(faint, plain / 2);
 }
 
 TEST(Surf, FlatImagesHaveNone) {
-  EXPECT_TRUE(
-      SurfExtractor().extract(cv::Mat(100, 100, CV_8UC1, cv::Scalar(77))).keypoints.empty());
-  EXPECT_TRUE(SurfExtractor().extract(cv::Mat(32, 32, CV_8UC1, cv::Scalar(0))).keypoints.empty());
+  EXPECT_TRUE(extract(cv::Mat(100, 100, CV_8UC1, cv::Scalar(77))).keypoints.empty());
+  EXPECT_TRUE(extract(cv::Mat(32, 32, CV_8UC1, cv::Scalar(0))).keypoints.empty());
 }
 
 TEST(Surf, SurvivesNoiseAndExtremeShapes) {
-  SurfOptions options;
+  FeatureOptions options;
   for (const int octaves : {1, 3, 6})
     for (const int step : {1, 2, 4}) {
-      options.octaves = octaves;
-      options.sampling_step = step;
-      const SurfExtractor extractor(options);
-      EXPECT_NO_THROW(extractor.extract(testing::random_image(32, 32, 1)));
-      EXPECT_NO_THROW(extractor.extract(testing::random_image(33, 500, 2)));
-      EXPECT_NO_THROW(extractor.extract(testing::random_image(501, 35, 3)));
+      options.surf.octaves = octaves;
+      options.surf.sampling_step = step;
+      EXPECT_NO_THROW(extract(testing::random_image(32, 32, 1), options));
+      EXPECT_NO_THROW(extract(testing::random_image(33, 500, 2), options));
+      EXPECT_NO_THROW(extract(testing::random_image(501, 35, 3), options));
     }
 }
 
 TEST(Surf, RefusesOtherImages) {
-  const SurfExtractor extractor;
-  EXPECT_THROW(extractor.extract(cv::Mat()), std::invalid_argument);
-  EXPECT_THROW(extractor.extract(cv::Mat(100, 100, CV_8UC3)), std::invalid_argument);
-  EXPECT_THROW(extractor.extract(cv::Mat(100, 100, CV_16UC1)), std::invalid_argument);
-  EXPECT_THROW(extractor.extract(cv::Mat(31, 100, CV_8UC1)), std::invalid_argument);
-  EXPECT_THROW(extractor.extract(cv::Mat(100, 31, CV_8UC1)), std::invalid_argument);
+  EXPECT_THROW(extract(cv::Mat()), std::invalid_argument);
+  EXPECT_THROW(extract(cv::Mat(100, 100, CV_8UC3)), std::invalid_argument);
+  EXPECT_THROW(extract(cv::Mat(100, 100, CV_16UC1)), std::invalid_argument);
+  EXPECT_THROW(extract(cv::Mat(31, 100, CV_8UC1)), std::invalid_argument);
+  EXPECT_THROW(extract(cv::Mat(100, 31, CV_8UC1)), std::invalid_argument);
 }
 
-TEST(SurfOptions, NameWhatIsWrong) {
-  EXPECT_EQ(SurfOptions().problem(), "");
+TEST(FeatureOptions, NameWhatIsWrong) {
+  EXPECT_EQ(FeatureOptions().problem(), "");
   const auto expect_problem = [](const char* field, auto change) {
-    SurfOptions options;
+    FeatureOptions options;
     change(options);
     EXPECT_NE(options.problem().find(field), std::string::npos) << options.problem();
-    EXPECT_THROW(SurfExtractor{options}, std::invalid_argument);
+    EXPECT_THROW(FeatureExtractor{options}, std::invalid_argument);
   };
-  expect_problem("max_features", [](SurfOptions& o) { o.max_features = 0; });
-  expect_problem("max_features", [](SurfOptions& o) { o.max_features = 1 << 30; });
-  expect_problem("octaves", [](SurfOptions& o) { o.octaves = 0; });
-  expect_problem("octaves", [](SurfOptions& o) { o.octaves = 7; });
-  expect_problem("sampling_step", [](SurfOptions& o) { o.sampling_step = 3; });
-  expect_problem("min_response", [](SurfOptions& o) { o.min_response = -1; });
-  expect_problem("min_response", [](SurfOptions& o) { o.min_response = std::nan(""); });
+  expect_problem("max_features", [](FeatureOptions& o) { o.max_features = 0; });
+  expect_problem("max_features", [](FeatureOptions& o) { o.max_features = 1 << 30; });
+  expect_problem("octaves", [](FeatureOptions& o) { o.surf.octaves = 0; });
+  expect_problem("octaves", [](FeatureOptions& o) { o.surf.octaves = 7; });
+  expect_problem("sampling_step", [](FeatureOptions& o) { o.surf.sampling_step = 3; });
+  expect_problem("min_response", [](FeatureOptions& o) { o.surf.min_response = -1; });
+  expect_problem("min_response", [](FeatureOptions& o) { o.surf.min_response = std::nan(""); });
 }
 
 }  // namespace

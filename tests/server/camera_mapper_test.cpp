@@ -244,7 +244,7 @@ TEST(CameraMapper, ImagesAndTheirFeaturesGiveTheSame) {
   ServerConfig config;
   config.calibration = synthetic_camera();
   CameraMapper of_gray(config), of_jpeg(config), of_features(config);
-  const SurfExtractor extractor;
+  FeatureExtractor extractor;
   for (int i = 0; i < 20; ++i) {
     ImageMessage jpeg;
     jpeg.time_us = 1000 * (i + 1);
@@ -258,7 +258,7 @@ TEST(CameraMapper, ImagesAndTheirFeaturesGiveTheSame) {
     gray.row_stride = 640;
     gray.data.assign(pixels.datastart, pixels.dataend);
     const FeatureFrame features =
-        extract_frame(extractor, pixels, {jpeg.time_us, 0, -1, "cam0", synthetic_camera().id()});
+        extract_frame(extractor, pixels, synthetic_camera(), {jpeg.time_us, 0, -1, "cam0"});
 
     const FrameResult a = of_gray.take_frame(kImage, encode(to_message(gray))).result;
     const FrameResult b = of_jpeg.take_frame(kImage, encode(to_message(jpeg))).result;

@@ -49,9 +49,10 @@ void expect_all_visited() {
 }
 
 TEST(Config, EveryFieldOfEveryOptionsStructHasAKey) {
-  expect_all_visited<Camera, SurfOptions, MatchOptions, RelativePoseOptions, ScaleFitOptions,
-                     AbsolutePoseOptions, StartOptions, KeyframeOptions, LandmarkOptions,
-                     EdgeOptions, FilterOptions, LostOptions, MapperOptions, ServerConfig>();
+  expect_all_visited<Camera, SurfOptions, SiftOptions, FeatureOptions, MatchOptions,
+                     RelativePoseOptions, ScaleFitOptions, AbsolutePoseOptions, StartOptions,
+                     KeyframeOptions, LandmarkOptions, EdgeOptions, FilterOptions, LostOptions,
+                     MapperOptions, ServerConfig>();
 }
 
 std::string problem_of(const std::string& json) {
@@ -69,7 +70,7 @@ TEST(Config, WhatIsPrintedReadsBack) {
   config.input = InputMode::kLossless;
   config.calibration = Camera{640, 480, CameraModel::kRadialTangential, 500.1, 501.2,
                               320, 240, {0.1, -0.2, 0.001, 0, 0.3}};
-  config.mapper.map_sign = 1;
+  config.mapper.map_sign = MapSignChoice::kPlus;
   config.mapper.edge.enabled = false;
   config.mapper.scale_fit.max_relative_sigma = 0.1234567890123456789;
   const ParsedConfig parsed = parse_config(config_text(config));
@@ -121,7 +122,9 @@ TEST(Config, ValuesOutOfRangeAreRefused) {
   for (const char* json :
        {R"({"camera": "a b"})", R"({"image_channel": "CAM"})", R"({"max_part_bytes": 100})",
         R"({"status_period_s": 0})", R"({"map_bytes_per_s": 0})", R"({"input": "fastest"})",
-        R"({"calibration": {"width": 640}})", R"({"surf": {"octaves": -1}})"})
+        R"({"calibration": {"width": 640}})", R"({"features": {"surf": {"octaves": -1}}})",
+        R"({"features": {"sift": {"edge_threshold": 0}}})", R"({"features": {"max_features": 0}})",
+        R"({"features": {"extractor": "orb"}})"})
     EXPECT_NE(problem_of(json), "") << json;
 }
 
@@ -131,8 +134,8 @@ TEST(Config, WhatIsNoJsonObjectIsRefused) {
 }
 
 TEST(Config, NamesTheFieldOnce) {
-  const std::string surf = parse_config(R"({"surf": {"octaves": -1}})").problem;
-  EXPECT_TRUE(surf.starts_with("surf.octaves")) << surf;
+  const std::string surf = parse_config(R"({"features": {"surf": {"octaves": -1}}})").problem;
+  EXPECT_TRUE(surf.starts_with("features.surf.octaves")) << surf;
 }
 
 }  // namespace

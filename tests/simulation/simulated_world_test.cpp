@@ -76,6 +76,20 @@ TEST(SimulatedWorld, ImagesAgreeThroughDepthAndPose) {
   EXPECT_GT(warp_difference(world, world.num_frames() - 20, 0, {}).share, 0.3);
 }
 
+// Also where the camera turns fast beside near things, and when it is rolled.
+TEST(SimulatedWorld, ImagesAgreeInATurnAndRolled) {
+  SimulationOptions options;
+  options.noise = 0;
+  options.motion = "turn";
+  options.roll_deg = 60;
+  const SimulatedWorld world(options);
+  for (int frame : {30, 76, 80, 84, 90, 150}) {
+    const auto next = warp_difference(world, frame, frame + 1, {});
+    EXPECT_LT(next.median, 2.5) << frame;
+    EXPECT_GT(next.share, 0.6) << frame;
+  }
+}
+
 TEST(SimulatedWorld, PointsAreOnTheGroundOrAboveIt) {
   const SimulatedWorld world;
   const Camera& camera = world.camera();
@@ -182,6 +196,12 @@ TEST(SimulatedWorld, SaysWhichOptionIsWrong) {
   options.world = "moon";
   EXPECT_NE(options.problem().find("'moon'"), std::string::npos);
   EXPECT_THROW(SimulatedWorld{options}, std::invalid_argument);
+  options = {};
+  options.motion = "jump";
+  EXPECT_NE(options.problem().find("'jump'"), std::string::npos);
+  options = {};
+  options.roll_deg = -1;
+  EXPECT_NE(options.problem().find("roll_deg"), std::string::npos);
 }
 
 }  // namespace

@@ -1,0 +1,54 @@
+#include "features/extractor.h"
+
+#include <stdexcept>
+
+namespace eifmap {
+namespace {
+
+constexpr int kSmallestImage = 32;  // px
+
+void check_image(const cv::Mat& gray) {
+  if (gray.type() != CV_8UC1) throw std::invalid_argument("features: the image must be CV_8UC1");
+  if (gray.cols < kSmallestImage || gray.rows < kSmallestImage)
+    throw std::invalid_argument("features: the image must be at least 32x32");
+}
+
+}  // namespace
+
+std::string FeatureOptions::problem() const {
+  if (max_features < 1 || max_features > 100000)
+    return "max_features is " + std::to_string(max_features) + ": must be 1 to 100000";
+  if (const std::string problem = surf.problem(); !problem.empty()) return problem;
+  return sift.problem();
+}
+
+FeatureExtractor::FeatureExtractor(const FeatureOptions& options) : options_(options) {
+  if (const std::string problem = options.problem(); !problem.empty())
+    throw std::invalid_argument("features." + problem);
+}
+
+Extractor FeatureExtractor::id() const {
+  switch (options_.extractor) {
+    case ExtractorKind::kSurfUpright:
+      break;
+    case ExtractorKind::kSurfOriented:
+      return Extractor::kSurfOriented;
+    case ExtractorKind::kSift:
+      return Extractor::kSift;
+  }
+  return Extractor::kSurfUpright;
+}
+
+Features FeatureExtractor::extract(const cv::Mat& gray, const Camera&) {
+  check_image(gray);
+  if (options_.extractor == ExtractorKind::kSift)
+    return extract_sift(gray, options_.sift, options_.max_features);
+  const SurfImage image(gray, options_.surf);
+  Features features;
+  features.keypoints = image.find_keypoints(options_.max_features);
+  if (options_.extractor == ExtractorKind::kSurfOriented) image.orient(features.keypoints);
+  features.descriptors = image.describe(features.keypoints);
+  return features;
+}
+
+}  // namespace eifmap
