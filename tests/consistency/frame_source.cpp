@@ -56,7 +56,7 @@ class RenderedSource : public FrameSource {
     return world_.world_from_camera(i);
   }
   FeatureFrame frame(int i) const override {
-    return extract_frame(extractor_, image(i), {time_us(i), 1, i, "cam0", camera().id()});
+    return extract_frame(extractor_, image(i), camera(), {time_us(i), 1, i, "cam0"});
   }
 
  private:
@@ -79,7 +79,7 @@ class RenderedSource : public FrameSource {
   }
 
   SimulatedWorld world_;
-  SurfExtractor extractor_;
+  mutable FeatureExtractor extractor_;
   std::filesystem::path folder_;
 };
 
@@ -105,7 +105,7 @@ class RecordedSource : public FrameSource {
     const GrayImage image = sequence_->load_gray(i);
     if (!image.problem.empty()) throw std::runtime_error(image.problem);
     FeatureFrame frame =
-        extract_frame(extractor_, image.image, {time_us(i), 1, i, "cam0", camera().id()});
+        extract_frame(extractor_, image.image, camera(), {time_us(i), 1, i, "cam0"});
     if (seed_ > 0) jitter(frame, i);
     return frame;
   }
@@ -125,7 +125,7 @@ class RecordedSource : public FrameSource {
 
   int seed_, frames_ = 0;
   std::optional<RecordedSequence> sequence_;
-  SurfExtractor extractor_;
+  mutable FeatureExtractor extractor_;
 };
 
 }  // namespace
