@@ -18,14 +18,14 @@ struct Mapped {
 
 Mapped map_courtyard(const SimulationOptions& options) {
   const SimulatedWorld world(options);
-  const SurfExtractor extractor{SurfOptions{}};
+  FeatureExtractor extractor{FeatureOptions{}};
   Mapper mapper(world.camera(), {});
   std::vector<TumPose> truth, estimate;
   for (int i = 0; i < kFrames; ++i) {
     truth.push_back({1e-6 * static_cast<double>(world.time_us(i)), world.world_from_camera(i)});
     FrameHeader header;
     header.time_us = world.time_us(i);
-    mapper.process(extract_frame(extractor, world.render(i), header));
+    mapper.process(extract_frame(extractor, world.render(i), world.camera(), header));
   }
   for (const TimedPose& pose : mapper.final_trajectory())
     estimate.push_back({1e-6 * static_cast<double>(pose.time_us), pose.world_from_camera});

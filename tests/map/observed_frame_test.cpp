@@ -71,7 +71,7 @@ TEST(ObservedFrame, LeavesOutWhatIsTooFarFromTheAxis) {
 // Outwards the image is squeezed: one pixel there is more.
 TEST(ObservedFrame, SigmaGrowsTowardsTheEdgeOfAFisheye) {
   const Camera camera = camera_of(CameraModel::kFisheye, 300);
-  const ObservedFrame observed = observe(frame_of(camera), camera, -1, 2);
+  const ObservedFrame observed = observe(frame_of(camera), camera, MapSign::kMinus, 2);
   for (int k = 0; k < observed.size(); ++k) {
     const double r = observed.x[k].norm(), theta = std::atan(r);
     const double area = r < 1e-6 ? 1 : (1 + r * r) * r / theta;
