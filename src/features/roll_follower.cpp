@@ -20,6 +20,7 @@ constexpr int kPatience =
     10;  // images in a row that do not match; then the next one is the reference
 // Steps in which a turned image is looked for: half of one is what upright descriptors bear.
 constexpr int kSteps = 12;
+constexpr double kLeastStep = kPi / 180;
 // Looking along the line called down, which way it points in the image is soon noise: there the
 // direction that it has in the image is called down from then on.
 constexpr double kLeastDown = 0.3;
@@ -82,8 +83,11 @@ double RollFollower::roll() const {
   return std::remainder(std::atan2(last_.down.y(), last_.down.x()) - kPi / 2, 2 * kPi);
 }
 
-float RollFollower::angle() const {
-  return static_cast<float>(with_dead_band(roll(), options_.dead_band_deg * kPi / 180));
+// A step of a degree at a time: each costs describing the image once more.
+void RollFollower::set_angle() {
+  const double wanted = with_dead_band(roll(), options_.dead_band_deg * kPi / 180);
+  if (wanted == 0 || std::abs(std::remainder(wanted - angle_, 2 * kPi)) > kLeastStep)
+    angle_ = static_cast<float>(wanted);
 }
 
 // Finds the image's down from the reference's.
@@ -105,7 +109,7 @@ bool RollFollower::match_with_reference(Strongest& image, double noise) {
 
 // The image may have turned further than its descriptors bear.
 bool RollFollower::match_turned(Strongest& image, double noise, const Describe& describe) {
-  const float last = angle();
+  const float last = angle_;
   for (int step = 1; step <= kSteps / 2; ++step)
     for (const int side : {1, -1}) {
       const double turned = last + side * step * 2 * kPi / kSteps;
@@ -145,6 +149,7 @@ void RollFollower::follow(const Features& features, const Camera& camera,
     last_.down = Eigen::Vector3d(last_.down.x(), last_.down.y(), 0).normalized();
     take_as_reference(last_);
   }
+  set_angle();
 }
 
 }  // namespace eifmap

@@ -41,7 +41,7 @@ class RollFollower {
   void follow(const Features& features, const Camera& camera, const Describe& describe);
 
   // rad, +u towards +v: by how much to turn descriptors.
-  float angle() const;
+  float angle() const { return angle_; }
   // rad in [-pi, pi]: by how much the image is turned against the first one.
   double roll() const;
   // Whether the last image could be matched; else the roll is still that of the image before.
@@ -64,11 +64,13 @@ class RollFollower {
   bool match_with_reference(Strongest& image, double noise);
   bool match_turned(Strongest& image, double noise, const Describe& describe);
   void take_as_reference(Strongest image);
+  void set_angle();
 
   RollOptions options_;
   Strongest reference_, last_;  // the last one that matched
   std::optional<Turn> turn_;    // of the last one against the reference
   int images_unmatched_ = 0;    // in a row
+  float angle_ = 0;
   bool sure_ = true;
 };
 
