@@ -103,7 +103,12 @@ Command add_publish_command(CLI::App& app) {
   command->add_option("--simulate", options->simulation.world, "a simulated world: courtyard")
       ->each([options](const std::string&) { options->simulate = true; });
   command->add_flag("--distorted", options->simulation.distorted, "simulate a cheap lens");
+  command->add_flag("--fisheye", options->simulation.fisheye, "simulate a fisheye lens");
   command->add_option("--seed", options->simulation.seed, "of the simulated noise and surfaces");
+  command->add_option("--motion", options->simulation.motion,
+                      "of the simulated camera: lap, or turn (straight on, with fast turns)");
+  command->add_option("--roll-deg", options->simulation.roll_deg,
+                      "how far the simulated camera is slowly rolled");
   command->add_option("--as", publish.as, "raw, mjpeg or features (the default)")
       ->transform(CLI::CheckedTransformer(kWays));
   command

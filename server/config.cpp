@@ -27,6 +27,30 @@ struct ModelNames {
                                      std::pair{"fisheye", CameraModel::kFisheye}};
 };
 
+struct PoseStartNames {
+  static constexpr std::array values{
+      std::pair{"scale_fit", PoseStart::kScaleFit}, std::pair{"same_speed", PoseStart::kSameSpeed},
+      std::pair{"triangulation", PoseStart::kTriangulation}, std::pair{"pnp", PoseStart::kPnp}};
+};
+struct MapSignNames {
+  static constexpr std::array values{
+      std::pair{"minus", MapSignChoice::kMinus}, std::pair{"plus", MapSignChoice::kPlus},
+      std::pair{"both", MapSignChoice::kBoth}, std::pair{"merit", MapSignChoice::kMerit}};
+};
+struct CovarianceNames {
+  static constexpr std::array values{std::pair{"linear", RelativePoseCovariance::kLinear},
+                                     std::pair{"unscented", RelativePoseCovariance::kUnscented}};
+};
+struct ScaleFitNames {
+  static constexpr std::array values{std::pair{"vote", ScaleFitMethod::kVote},
+                                     std::pair{"plain", ScaleFitMethod::kPlain}};
+};
+struct RelinearizeNames {
+  static constexpr std::array values{std::pair{"once", Relinearize::kOnce},
+                                     std::pair{"threshold", Relinearize::kThreshold},
+                                     std::pair{"always", Relinearize::kAlways}};
+};
+
 template <class Field>
 struct NamesOf;
 template <>
@@ -35,6 +59,16 @@ template <>
 struct NamesOf<ExtractorKind> : ExtractorNames {};
 template <>
 struct NamesOf<CameraModel> : ModelNames {};
+template <>
+struct NamesOf<RelativePoseCovariance> : CovarianceNames {};
+template <>
+struct NamesOf<ScaleFitMethod> : ScaleFitNames {};
+template <>
+struct NamesOf<Relinearize> : RelinearizeNames {};
+template <>
+struct NamesOf<PoseStart> : PoseStartNames {};
+template <>
+struct NamesOf<MapSignChoice> : MapSignNames {};
 
 // Reads one JSON object into a struct. The first thing wrong is kept, by its full name.
 class Reader {
@@ -189,8 +223,9 @@ std::string ServerConfig::problem() const {
   return "";
 }
 
-ParsedConfig parse_config(const std::string& json_text) {
+ParsedConfig parse_config(const std::string& json_text, const ServerConfig& base) {
   ParsedConfig parsed;
+  parsed.config = base;
   Json json;
   try {
     json = Json::parse(json_text, nullptr, true, /*ignore_comments=*/true);

@@ -67,11 +67,13 @@ void visit_fields(O& o, auto&& visit) {
   visit("ransac_iterations", o.ransac_iterations);
   visit("seed", o.seed);
   visit("min_inlier_ratio", o.min_inlier_ratio);
+  visit("covariance", o.covariance);
   visit("check_planar", o.check_planar);
 }
 
 template <OptionsOf<ScaleFitOptions> O>
 void visit_fields(O& o, auto&& visit) {
+  visit("method", o.method);
   visit("min_inliers", o.min_inliers);
   visit("min_inlier_ratio", o.min_inlier_ratio);
   visit("max_relative_sigma", o.max_relative_sigma);
@@ -100,10 +102,15 @@ void visit_fields(O& o, auto&& visit) {
   visit("min_points", o.min_points);
   visit("max_relative_depth", o.max_relative_depth);
   visit("max_frames", o.max_frames);
+  visit("triangulated_keyframes", o.triangulated_keyframes);
 }
 
 template <OptionsOf<TrackingOptions> O>
 void visit_fields(O& o, auto&& visit) {
+  visit("start", o.start);
+  visit("older_reference", o.older_reference);
+  visit("fall_back_to_pnp", o.fall_back_to_pnp);
+  visit("refine", o.refine);
   visit("min_inlier_ratio", o.min_inlier_ratio);
 }
 
@@ -123,6 +130,8 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_error", o.max_error);
   visit("min_views", o.min_views);
   visit("search_radius_px", o.search_radius_px);
+  visit("min_baseline_sigma", o.min_baseline_sigma);
+  visit("promote_omega_p", o.promote_omega_p);
 }
 
 template <OptionsOf<EdgeOptions> O>
@@ -136,6 +145,7 @@ void visit_fields(O& o, auto&& visit) {
 
 template <OptionsOf<FilterOptions> O>
 void visit_fields(O& o, auto&& visit) {
+  visit("relinearize", o.relinearize);
   visit("relinearize_px", o.relinearize_px);
   visit("max_iterations", o.max_iterations);
   visit("gate_sigma", o.gate_sigma);

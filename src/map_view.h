@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -43,9 +44,18 @@ struct FrameResult {
   bool map_updated = false;  // Mapper::map_update() has news
 };
 
+// A covariance that nobody can tell is this: never zero or identity.
+template <int N>
+Eigen::Matrix<double, N, N> unknown_covariance() {
+  return Eigen::Matrix<double, N, N>::Constant(std::numeric_limits<double>::quiet_NaN());
+}
+
 struct KeyframeView {
   std::int64_t id = 0, time_us = 0;
   Rigid3 map_from_camera;
+  // As FrameResult's; zero for the first keyframe, which is the map's frame. unknown_covariance()
+  // when unknown.
+  Eigen::Matrix<double, 6, 6> covariance = unknown_covariance<6>();
 };
 
 struct LandmarkView {
@@ -53,6 +63,8 @@ struct LandmarkView {
   Eigen::Vector3d position_in_anchor;  // so that a correction moves keyframes only
   int laplacian_sign = 0;
   int num_observations = 0;
+  // Of the position in the map; unknown_covariance() when unknown.
+  Eigen::Matrix3d covariance = unknown_covariance<3>();
 };
 
 struct ObservationView {
@@ -73,6 +85,15 @@ struct MapUpdate {
 struct TimedPose {
   std::int64_t time_us = 0;
   Rigid3 world_from_camera;
+};
+
+// A keyframe as the map now has it.
+struct KeyframeEstimate {
+  std::int64_t time_us = 0;
+  Rigid3 map_from_camera;
+  CovarianceStatus covariance_status = CovarianceStatus::kNone;
+  // Marginal, in the map's gauge, in the wire's order as FrameResult has it.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 struct MapPoint {

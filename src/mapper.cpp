@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "frame_check.h"
+#include "map/frame_covariance.h"
 #include "map/keyframe_insertion.h"
 #include "map/live_map.h"
 #include "map/map_start.h"
@@ -33,18 +34,11 @@ class Step {
   std::string_view name_;
 };
 
-// The wire orders a pose's covariance (centre, rotation); the filter (rotation, centre).
-Eigen::Matrix<double, 6, 6> centre_first(const Eigen::Matrix<double, 6, 6>& rotation_first) {
-  Eigen::Matrix<double, 6, 6> out;
-  out << rotation_first.bottomRightCorner<3, 3>(), rotation_first.bottomLeftCorner<3, 3>(),
-      rotation_first.topRightCorner<3, 3>(), rotation_first.topLeftCorner<3, 3>();
-  return out;
-}
-
 }  // namespace
 
 struct Mapper::State {
-  State(const Camera& c, const MapperOptions& o) : camera(c), options(o), start(c, o) {}
+  State(const Camera& c, const MapperOptions& o)
+      : camera(c), options(o), start(c, o), map_sign(sign_to_start_with(o.map_sign)) {}
 
   Camera camera;
   MapperOptions options;
@@ -53,6 +47,7 @@ struct Mapper::State {
   std::optional<LiveMap> live;
   std::optional<FinishedMap> finished;  // the largest of those given up
   std::int64_t map_id = 0;
+  MapSign map_sign;  // of the map, or of the one to come until its start has chosen
   std::optional<std::int64_t> last_time_us, lost_since_us;
   std::optional<std::pair<Extractor, std::int16_t>> extractor;  // the map's, or the stream's
   std::int64_t publisher = 0;  // of the stream of frames; 0 unknown
@@ -62,6 +57,7 @@ struct Mapper::State {
   FrameCheck check(const FeatureFrame& frame);
   bool begins_stream(const FeatureFrame& frame) const;
   void begin_stream(const FeatureFrame& frame);
+  MapperOptions tracking_options() const;
   void lose(std::int64_t time_us, FrameResult& result);
   void start_map(ObservedFrame observed, FrameResult& result);
   void track(ObservedFrame observed, FrameResult& result);
@@ -69,6 +65,7 @@ struct Mapper::State {
   Tracking try_relocalize(const ObservedFrame& observed);
   void accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
   void add_keyframe(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
+  void set_covariance(bool known, const PoseBlock& covariance, FrameResult& result) const;
   void count(const FrameResult& result);
   const FinishedMap* largest(FinishedMap& scratch) const;
 };
@@ -126,6 +123,7 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
     if (!finished || old.trajectory.size() > finished->trajectory.size()) finished = std::move(old);
   }
   live.emplace(std::move(begun.started->map));
+  map_sign = live->map.keyframe(0).observed.map_sign;
   ++map_id;
   ++statistics.starts;
   lost_since_us.reset();
@@ -133,18 +131,28 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
     live->log.add(posed.time_us, 0, live->map.pose(0).inverse() * posed.world_from_camera);
   live->log.add(time_us, 1, Rigid3());
   live->reference = 1;
-  live->last = live->map.pose(1);
+  live->last = {live->map.pose(1)};
   result.state = TrackingState::kTracking;
   result.source = PoseSource::kStartSet;
-  result.map_from_camera = live->last;
+  result.map_from_camera = live->last.pose;
   result.reference_keyframe = 1;
   result.num_inliers = live->map.num_landmarks();
   result.map_updated = true;
   PoseBlock covariance;
-  if (live->map.filter().pose_covariance(1, covariance)) {
-    result.covariance = centre_first(covariance);
-    result.covariance_status = CovarianceStatus::kOptimistic;
-  }
+  set_covariance(live->map.filter().pose_covariance(1, covariance), covariance, result);
+}
+
+// Never zero or identity for unknown: kNone says so. A filter that keeps its first linearization
+// is known to be too sure of itself.
+void Mapper::State::set_covariance(bool known, const PoseBlock& covariance,
+                                   FrameResult& result) const {
+  result.covariance_status = CovarianceStatus::kNone;
+  result.covariance.setZero();
+  if (!known) return;
+  result.covariance = centre_first(covariance);
+  result.covariance_status = options.filter.relinearize == Relinearize::kOnce
+                                 ? CovarianceStatus::kOptimistic
+                                 : CovarianceStatus::kValid;
 }
 
 void Mapper::State::lose(std::int64_t time_us, FrameResult& result) {
@@ -156,11 +164,19 @@ void Mapper::State::lose(std::int64_t time_us, FrameResult& result) {
   result.covariance_status = CovarianceStatus::kNone;
 }
 
+// [WD10] IV: the first keyframes may be posed by plain triangulation.
+MapperOptions Mapper::State::tracking_options() const {
+  MapperOptions now = options;
+  if (live->map.num_keyframes() < 2 + options.start.triangulated_keyframes)
+    now.tracking.start = PoseStart::kTriangulation;
+  return now;
+}
+
 void Mapper::State::track(ObservedFrame observed, FrameResult& result) {
   Tracking tracking;
   {
     const Step step(observer, "track");
-    tracking = track_frame(live->map, observed, live->reference, live->last, options);
+    tracking = track_frame(live->map, observed, live->reference, live->last, tracking_options());
   }
   if (tracking.ok()) return accept(std::move(observed), tracking, result);
   lose(observed.frame.time_us, result);
@@ -201,15 +217,15 @@ void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
 
 void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result) {
   Map& map = live->map;
-  live->last = tracking.world_from_camera;
+  const bool continued = tracking.source != PoseSource::kRelocalized;
+  const Eigen::Vector3d step = tracking.world_from_camera.translation - live->last.pose.translation;
+  live->last = {tracking.world_from_camera, continued ? step : Eigen::Vector3d::Zero()};
   live->reference = better_reference(map, tracking);
   map.keyframe(tracking.reference).num_tracked = std::max(
       map.keyframe(tracking.reference).num_tracked, static_cast<int>(tracking.sights.size()));
   result.state = TrackingState::kTracking;
   result.source = tracking.source;
   result.map_from_camera = tracking.world_from_camera;
-  result.covariance = centre_first(tracking.covariance);
-  result.covariance_status = CovarianceStatus::kOptimistic;
   result.reference_keyframe = tracking.reference;
   result.reference_from_camera =
       map.pose(tracking.reference).inverse() * tracking.world_from_camera;
@@ -217,6 +233,9 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   result.num_inliers = static_cast<int>(tracking.sights.size());
   if (wants_keyframe(map, tracking, options))
     return add_keyframe(std::move(observed), tracking, result);
+  PoseBlock covariance;
+  const bool known = frame_covariance(map, observed, tracking, options.absolute_pose, covariance);
+  set_covariance(known, covariance, result);
   live->log.add(observed.frame.time_us, tracking.reference, result.reference_from_camera);
 }
 
@@ -235,12 +254,14 @@ void Mapper::State::add_keyframe(ObservedFrame observed, const Tracking& trackin
   }
   live->log.add(time_us, insertion.keyframe, Rigid3());
   live->reference = insertion.keyframe;
-  live->last = map.pose(insertion.keyframe);
+  live->last.pose = map.pose(insertion.keyframe);
   map.keyframe(insertion.keyframe).num_tracked = static_cast<int>(tracking.sights.size());
   // The pose as the filter now has it is the better one, and what the frame's users get.
-  result.map_from_camera = live->last;
+  result.map_from_camera = live->last.pose;
   result.reference_keyframe = insertion.keyframe;
   result.reference_from_camera = Rigid3();
+  PoseBlock covariance;
+  set_covariance(map.filter().pose_covariance(insertion.keyframe, covariance), covariance, result);
 }
 
 void Mapper::State::count(const FrameResult& result) {
@@ -301,7 +322,7 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     ObservedFrame observed;
     {
       const Step step(state.observer, "observe");
-      observed = observe(frame, state.camera, state.options.map_sign, state.options.sigma_factor);
+      observed = observe(frame, state.camera, state.map_sign, state.options.sigma_factor);
     }
     if (!state.live)
       state.start_map(std::move(observed), result);
@@ -342,6 +363,20 @@ std::vector<MapPoint> Mapper::map_points() const {
   FinishedMap scratch;
   const FinishedMap* map = state_->largest(scratch);
   return map ? map->points : std::vector<MapPoint>();
+}
+
+std::vector<KeyframeEstimate> Mapper::keyframe_estimates() const {
+  std::vector<KeyframeEstimate> estimates;
+  if (!state_->live) return estimates;
+  Map& map = state_->live->map;
+  for (int k = 0; k < map.num_keyframes(); ++k) {
+    estimates.push_back({map.keyframe(k).observed.frame.time_us, map.pose(k)});
+    PoseBlock covariance;
+    if (!map.filter().pose_covariance(k, covariance)) continue;
+    estimates.back().covariance = centre_first(covariance);
+    estimates.back().covariance_status = CovarianceStatus::kValid;
+  }
+  return estimates;
 }
 
 void Mapper::set_step_observer(StepObserver observer) {

@@ -16,6 +16,8 @@ std::string start_problem(const StartOptions& o) {
   if (!(o.max_relative_depth > 0))
     return say("start.max_relative_depth", o.max_relative_depth, "above 0");
   if (o.max_frames < 2) return say("start.max_frames", o.max_frames, "2 or more");
+  if (o.triangulated_keyframes < 0)
+    return say("start.triangulated_keyframes", o.triangulated_keyframes, "0 or more");
   return "";
 }
 
@@ -39,6 +41,8 @@ std::string landmark_problem(const LandmarkOptions& o) {
   if (o.min_views < 2) return say("landmark.min_views", o.min_views, "2 or more");
   if (!(o.search_radius_px > 0))
     return say("landmark.search_radius_px", o.search_radius_px, "above 0");
+  if (!(o.min_baseline_sigma >= 0))
+    return say("landmark.min_baseline_sigma", o.min_baseline_sigma, "0 or more");
   return "";
 }
 
@@ -67,8 +71,21 @@ std::string lost_problem(const LostOptions& o) {
 
 }  // namespace
 
+MapperOptions MapperOptions::paper() {
+  MapperOptions paper;
+  paper.relative_pose.covariance = RelativePoseCovariance::kUnscented;
+  paper.scale_fit.method = ScaleFitMethod::kPlain;
+  paper.start.triangulated_keyframes = 3;
+  paper.tracking.refine = false;
+  paper.tracking.older_reference = false;
+  paper.tracking.fall_back_to_pnp = false;
+  paper.landmark.promote_omega_p = false;
+  paper.landmark.min_views = 2;
+  paper.filter.relinearize = Relinearize::kOnce;
+  return paper;
+}
+
 std::string MapperOptions::problem() const {
-  if (map_sign != -1 && map_sign != 1) return say("map_sign", map_sign, "-1 or 1");
   if (!(sigma_factor > 0)) return say("sigma_factor", sigma_factor, "above 0");
   if (!(tracking.min_inlier_ratio >= 0 && tracking.min_inlier_ratio <= 1))
     return say("tracking.min_inlier_ratio", tracking.min_inlier_ratio, "0 to 1");

@@ -22,9 +22,28 @@ struct StartOptions {
   double max_relative_depth = 0.2;  // ... sigma_Z / Z below this
   // Frames kept to be posed backwards when the map starts, which must not take long.
   int max_frames = 100;
+  // [WD10] IV makes the map's beginning from a set of images, each posed by plain triangulation:
+  // so many keyframes after the first two.
+  int triangulated_keyframes = 0;
+};
+
+// Where the search for a new frame's pose starts, given its 5-DOF relative pose.
+enum class PoseStart {
+  kScaleFit,       // the length of the step from the map: [WD10] III
+  kSameSpeed,      // the length from the last step: [WD10] Algorithm 1, step 3, and no further
+  kTriangulation,  // the length from the map's depths to those triangulated: what [WD10]'s abstract
+                   // compares with
+  kPnp,            // no relative pose: P3P on the map
 };
 
 struct TrackingOptions {
+  PoseStart start = PoseStart::kScaleFit;
+  // Too near the reference for a relative pose: fit against an older keyframe, before the map alone
+  // has to do.
+  bool older_reference = false;
+  bool fall_back_to_pnp = true;
+  // Refine all 6 DOF on the local map before the filter gets the pose. [WD10] does not.
+  bool refine = true;
   // Of the landmarks found near their predicted places (or, in PnP, matched), the share that must
   // agree with the pose. Chance alone makes about one in ten agree with any pose.
   double min_inlier_ratio = 0.3;
@@ -45,6 +64,11 @@ struct LandmarkOptions {
   double max_error = 3.0;            // whitened reprojection error in each view
   int min_views = 3;                 // two and a third that agrees
   double search_radius_px = 8;       // guided search around the predicted pixel
+  // No triangulation over a baseline of less than so many sigmas of the new keyframe's place: its
+  // own error would make the depths.
+  double min_baseline_sigma = 10;
+  // A keyframe that no edge is admitted for gives its Omega_p to the map.
+  bool promote_omega_p = false;
 };
 
 // Relative-pose edges: [WD10] II and (6), (7).
@@ -58,10 +82,18 @@ struct EdgeOptions {
   int neighbours = 6;  // keyframes tried where the reference is too near for an edge
 };
 
+// When a measurement's Jacobian is taken at the mean.
+enum class Relinearize {
+  kOnce,       // when it enters, and never again: [WD10] (7) to the letter
+  kThreshold,  // again when its prediction moved by more than relinearize_px
+  kAlways,     // in every iteration: incremental bundle adjustment
+};
+
 struct FilterOptions {
-  double relinearize_px = 0.1;  // a measurement whose prediction moved further is linearized again
-  int max_iterations = 5;       // of solve and relinearize, per keyframe
-  double gate_sigma = 3.5;      // whitened residual above which a sighting is dropped as an outlier
+  Relinearize relinearize = Relinearize::kThreshold;
+  double relinearize_px = 0.02;  // at 0.1 a map stays one sigma too small: many small moves add up
+  int max_iterations = 5;        // of solve and relinearize, per keyframe
+  double gate_sigma = 3.5;  // whitened residual above which a sighting is dropped as an outlier
 };
 
 struct LostOptions {
@@ -69,9 +101,17 @@ struct LostOptions {
   double new_map_after_s = 2.0;  // lost this long: a new map may start
 };
 
+// The Laplacian sign whose features make the map (Omega_m); the other's (Omega_p) give relative
+// poses.
+enum class MapSignChoice {
+  kMinus,  // bright blobs on dark
+  kPlus,   // dark on bright
+  kBoth,   // all features make the map, and there are no edges
+  kMerit,  // that of which more is still seen when a map starts: longer tracks
+};
+
 struct MapperOptions {
-  // The sign whose features make the map (Omega_m); the other's (Omega_p) give relative poses.
-  int map_sign = -1;
+  MapSignChoice map_sign = MapSignChoice::kMinus;
   // A keypoint's own sigma is that of its place in one image. Seen from elsewhere a blob looks
   // different: measured on real pairs, matches that fit the epipolar geometry scatter by twice
   // that.
@@ -89,6 +129,9 @@ struct MapperOptions {
   LostOptions lost;
 
   std::string problem() const;  // "" or which field is wrong and why
+
+  // [WD10] to the letter, where the letter is known.
+  static MapperOptions paper();
 };
 
 }  // namespace eifmap

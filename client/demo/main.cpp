@@ -23,6 +23,7 @@ constexpr int kFailed = 1, kBadOptions = 2;
 struct Options {
   std::string folder, output;
   int max_frames = 0;
+  SimulationOptions simulation;
 };
 
 template <typename... Values>
@@ -40,8 +41,10 @@ int fail(const std::string& problem, int code = kFailed) {
 std::unique_ptr<ImageSource> open_source(const Options& options, std::string& problem) {
   std::unique_ptr<ImageSource> source;
   if (options.folder.empty()) {
+    problem = options.simulation.problem();
+    if (!problem.empty()) return nullptr;
     std::cout << "Painting a courtyard to walk through ..." << std::endl;
-    source = make_source(SimulatedWorld());
+    source = make_source(SimulatedWorld(options.simulation));
   } else {
     auto opened = RecordedSequence::open(options.folder);
     problem = opened.problem;
@@ -145,6 +148,8 @@ int main(int argc, char** argv) {
                "eifmap-demo");
   app.add_option("folder", options.folder, "recorded folder: images/, times.txt, calib.json");
   app.add_option("--output", options.output, "default: out/demo, or out/ and the folder's name");
+  app.add_flag("--distorted", options.simulation.distorted, "the simulated walk: a cheap lens");
+  app.add_flag("--fisheye", options.simulation.fisheye, "the simulated walk: a fisheye lens");
   app.add_option("--max-frames", options.max_frames, "stop after so many images")
       ->check(CLI::NonNegativeNumber);
   try {

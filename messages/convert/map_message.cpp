@@ -9,8 +9,8 @@
 namespace eifmap {
 namespace {
 
-constexpr std::size_t kKeyframeBytes = 2 * 8 + 7 * 8;
-constexpr std::size_t kLandmarkBytes = 2 * 8 + 3 * 4 + 1 + 4;
+constexpr std::size_t kKeyframeBytes = 2 * 8 + 7 * 8 + 21 * 4;
+constexpr std::size_t kLandmarkBytes = 2 * 8 + 3 * 4 + 6 * 4 + 1 + 4;
 constexpr std::size_t kRemovedBytes = 8;
 constexpr std::size_t kObservationBytes = 2 * 8 + 2 * 4;
 
@@ -62,11 +62,35 @@ class Splitter {
   std::vector<MapPart> parts_;
 };
 
+// The upper triangle of a symmetric N x N matrix, row by row.
+template <int N>
+void write_triangle(const Eigen::Matrix<double, N, N>& matrix, float* out) {
+  for (int row = 0; row < N; ++row)
+    for (int column = row; column < N; ++column) *out++ = static_cast<float>(matrix(row, column));
+}
+
+template <int N>
+Eigen::Matrix<double, N, N> read_triangle(const float* in) {
+  Eigen::Matrix<double, N, N> matrix;
+  for (int row = 0; row < N; ++row)
+    for (int column = row; column < N; ++column) matrix(row, column) = matrix(column, row) = *in++;
+  return matrix;
+}
+
+// All NaN says unknown; anything else must be finite, with variances on the diagonal.
+template <int N>
+bool valid_covariance(const float* values) {
+  const Eigen::Matrix<double, N, N> covariance = read_triangle<N>(values);
+  if (covariance.array().isNaN().all()) return true;
+  return covariance.allFinite() && covariance.diagonal().minCoeff() >= 0;
+}
+
 keyframe_t to_message(const KeyframeView& keyframe) {
   keyframe_t message;
   message.id = keyframe.id;
   message.utime = keyframe.time_us;
   write_pose(keyframe.map_from_camera, message.position, message.quaternion);
+  write_triangle<6>(keyframe.covariance, message.covariance);
   return message;
 }
 
@@ -76,6 +100,7 @@ landmark_t to_message(const LandmarkView& landmark) {
   message.anchor = landmark.anchor;
   for (int i = 0; i < 3; ++i)
     message.position[i] = static_cast<float>(landmark.position_in_anchor[i]);
+  write_triangle<3>(landmark.covariance, message.covariance);
   message.laplacian_sign = static_cast<std::int8_t>(landmark.laplacian_sign);
   message.num_observations = landmark.num_observations;
   return message;
@@ -91,7 +116,8 @@ observation_t to_message(const ObservationView& observation) {
 }
 
 KeyframeView from_message(const keyframe_t& message) {
-  return {message.id, message.utime, read_pose(message.position, message.quaternion)};
+  return {message.id, message.utime, read_pose(message.position, message.quaternion),
+          read_triangle<6>(message.covariance)};
 }
 
 LandmarkView from_message(const landmark_t& message) {
@@ -99,7 +125,8 @@ LandmarkView from_message(const landmark_t& message) {
           message.anchor,
           {message.position[0], message.position[1], message.position[2]},
           message.laplacian_sign,
-          message.num_observations};
+          message.num_observations,
+          read_triangle<3>(message.covariance)};
 }
 
 ObservationView from_message(const observation_t& message) {
@@ -119,12 +146,14 @@ void convert_all(const std::vector<From>& from, std::vector<To>& to) {
 
 std::string entry_problem(const map_part_t& message) {
   for (const keyframe_t& k : message.keyframes)
-    if (!valid_pose(k.position, k.quaternion) || !valid_time(k.utime))
-      return "keyframe " + std::to_string(k.id) + " has no valid pose or time";
+    if (!valid_pose(k.position, k.quaternion) || !valid_time(k.utime) ||
+        !valid_covariance<6>(k.covariance))
+      return "keyframe " + std::to_string(k.id) + " has no valid pose, time or covariance";
   for (const landmark_t& l : message.landmarks)
     if (!all_finite(l.position, 3) || (l.laplacian_sign != 1 && l.laplacian_sign != -1) ||
-        l.num_observations < 0)
-      return "landmark " + std::to_string(l.id) + " has no valid position, sign or count";
+        l.num_observations < 0 || !valid_covariance<3>(l.covariance))
+      return "landmark " + std::to_string(l.id) +
+             " has no valid position, covariance, sign or count";
   for (const observation_t& o : message.observations)
     if (!std::isfinite(o.u) || !std::isfinite(o.v))
       return "an observation of landmark " + std::to_string(o.landmark) + " is not finite";

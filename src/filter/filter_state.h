@@ -32,7 +32,9 @@ struct FilterLandmark {
 struct FilterEdge {
   int i = 0, j = 0;
   RelativePoseMeasurement measurement;
-  RelativePoseLinearization linearization;  // at the mean; scaled by the robust weight's root
+  bool linearized = false;
+  RelativePoseLinearization linearization;  // scaled by the robust weight's root; the residual is
+                                            // what is left of z - h at the mean
   double squared_error = 0;                 // whitened, at the mean, without the weight
 };
 

@@ -84,13 +84,17 @@ double InformationFilter::error(int landmark, const PointMeasurement& measuremen
 
 // Linearizes what is new and what moved; returns how many.
 std::size_t InformationFilter::linearize_moved() {
-  const double threshold = options_.relinearize_px * radians_per_pixel_;
+  const bool once = options_.relinearize == Relinearize::kOnce;
+  const double threshold = options_.relinearize == Relinearize::kThreshold
+                               ? options_.relinearize_px * radians_per_pixel_
+                               : 0;
   std::vector<Projector> projectors;
   projectors.reserve(poses_.size());
   for (const Rigid3& pose : poses_) projectors.emplace_back(pose);
   std::size_t count = 0;
   for (FilterLandmark& landmark : landmarks_) {
     for (PointMeasurement& m : landmark.measurements) {
+      if (once && m.linearized) continue;
       Eigen::Vector2d predicted;
       if (!projectors[m.pose](landmark.position, predicted)) {
         // Behind the camera: without weight until the outlier test takes it out.
@@ -110,17 +114,20 @@ std::size_t InformationFilter::linearize_moved() {
       ++count;
     }
   }
-  for (FilterEdge& edge : edges_) linearize_edge(edge);  // few, and cheap: always at the mean
+  for (FilterEdge& edge : edges_) linearize_edge(edge);
   return count;
 }
 
+// Edges are few, and cheap: at the mean every time, unless nothing is ever linearized again.
 void InformationFilter::linearize_edge(FilterEdge& edge) const {
-  edge.linearization = {};
-  if (!linearize(edge.measurement, poses_[edge.i], poses_[edge.j], edge.linearization)) {
-    edge.squared_error = std::numeric_limits<double>::infinity();
-    return;
-  }
-  edge.squared_error = edge.linearization.residual.squaredNorm();
+  RelativePoseLinearization at_mean;
+  const bool defined = linearize(edge.measurement, poses_[edge.i], poses_[edge.j], at_mean);
+  edge.squared_error =
+      defined ? at_mean.residual.squaredNorm() : std::numeric_limits<double>::infinity();
+  if (edge.linearized && options_.relinearize == Relinearize::kOnce) return;
+  edge.linearization = at_mean;
+  edge.linearized = defined;
+  if (!defined) return;
   const double root = std::sqrt(robust_weight(std::sqrt(edge.squared_error), kEdgeLimit));
   edge.linearization.residual *= root;
   edge.linearization.d_i *= root;
@@ -147,6 +154,11 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
       m.residual.noalias() -= m.d_landmark * step;
       if (m.pose > 0) m.residual.noalias() -= m.d_pose * delta_poses.segment<6>(6 * (m.pose - 1));
     }
+  }
+  for (FilterEdge& edge : edges_) {
+    RelativePoseLinearization& at = edge.linearization;
+    if (edge.i > 0) at.residual.noalias() -= at.d_i * delta_poses.segment<6>(6 * (edge.i - 1));
+    if (edge.j > 0) at.residual.noalias() -= at.d_j * delta_poses.segment<6>(6 * (edge.j - 1));
   }
   for (int p = 1; p < num_poses(); ++p) {
     const auto delta = delta_poses.segment<6>(6 * (p - 1));
@@ -221,20 +233,8 @@ FilterUpdate InformationFilter::update() {
   }
   drop_sights(options_.gate_sigma, result);
   for (FilterLandmark& landmark : landmarks_)
-    if (!landmark.measurements.empty()) landmark.covariance = landmark_covariance(landmark);
+    if (!landmark.measurements.empty()) landmark.covariance = conditional_covariance(landmark);
   return result;
-}
-
-bool InformationFilter::pose_covariance(int pose, PoseBlock& covariance) {
-  covariance.setZero();
-  if (pose == 0) return true;
-  if (!solved_ || pose < 0 || pose > reduced_.size) return false;
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(reduced_.size * kPoseDof, kPoseDof);
-  columns.middleRows<kPoseDof>((pose - 1) * kPoseDof).setIdentity();
-  const Eigen::MatrixXd solution = cholesky_.solve(columns);
-  covariance = solution.middleRows<kPoseDof>((pose - 1) * kPoseDof);
-  covariance = (0.5 * (covariance + covariance.transpose())).eval();
-  return covariance.allFinite();
 }
 
 }  // namespace eifmap

@@ -22,6 +22,12 @@
 
 namespace eifmap {
 
+// A 6-vector's derivative to the error (w, dc) of one pose.
+struct PoseSensitivity {
+  int pose = 0;
+  PoseBlock derivative = PoseBlock::Zero();
+};
+
 struct FilterUpdate {
   struct Dropped {
     int landmark = 0, pose = 0;
@@ -60,14 +66,26 @@ class InformationFilter {
   const Rigid3& pose(int i) const { return poses_[i]; }
   const Eigen::Vector3d& position(int landmark) const { return landmarks_[landmark].position; }
   const FilterLandmark& landmark(int i) const { return landmarks_[i]; }
+  const std::vector<FilterEdge>& edges() const { return edges_; }
 
   // Norm of the whitened reprojection error at the mean (the number of sigmas); infinite behind the
   // camera.
   double error(int landmark, const PointMeasurement& measurement) const;
 
-  // Marginal covariance of (w, dc) as of the last update; zero for the gauge pose, by definition.
-  // False before the first successful update or for a pose added after it.
+  // Marginal covariances, in the gauge: the first pose is where it is by definition, and the first
+  // baseline keeps its length along its first direction. As of the last successful update; false
+  // before it, or for what was added after it.
+  //
+  // Of one pose (w, dc).
   bool pose_covariance(int pose, PoseBlock& covariance);
+  // Of a landmark's position (world): V^-1 + V^-1 W' Sigma_pp W V^-1 over the poses that see it.
+  bool landmark_covariance(int landmark, Eigen::Matrix3d& covariance);
+  // Of a sum of linear functions of poses.
+  bool propagate(const std::vector<PoseSensitivity>& sensitivities, PoseBlock& covariance);
+  // Of several poses and landmarks at once, which is faster than one by one. `poses`, `landmarks`:
+  // handles without repetition.
+  bool covariances(const std::vector<int>& poses, const std::vector<int>& landmarks,
+                   std::vector<PoseBlock>& of_poses, std::vector<Eigen::Matrix3d>& of_landmarks);
 
  private:
   std::size_t linearize_moved();
@@ -75,6 +93,7 @@ class InformationFilter {
   void apply(const Eigen::VectorXd& delta_poses);
   void linearize_edge(FilterEdge& edge) const;
   bool settle(FilterUpdate& update);
+  bool knows(int pose) const { return solved_ && pose >= 0 && pose <= reduced_.size; }
   void drop_sights(double gate, FilterUpdate& update);
   bool drop_edges(FilterUpdate& update);
 

@@ -136,7 +136,7 @@ Eigen::Vector3d landmark_step(const FilterLandmark& landmark, const Eigen::Vecto
   return v.llt().solve(b);
 }
 
-Eigen::Matrix3d landmark_covariance(const FilterLandmark& landmark) {
+Eigen::Matrix3d conditional_covariance(const FilterLandmark& landmark) {
   Eigen::Matrix3d v;
   Eigen::Vector3d b;
   if (!sum_landmark(landmark, v, b)) return landmark.covariance;

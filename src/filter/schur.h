@@ -33,6 +33,6 @@ void add_scale_gauge(const ScaleGauge& gauge, const Eigen::Vector3d& baseline, B
 Eigen::Vector3d landmark_step(const FilterLandmark& landmark, const Eigen::VectorXd& delta_poses);
 
 // V^-1: the feature's covariance given the poses.
-Eigen::Matrix3d landmark_covariance(const FilterLandmark& landmark);
+Eigen::Matrix3d conditional_covariance(const FilterLandmark& landmark);
 
 }  // namespace eifmap

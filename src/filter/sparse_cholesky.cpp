@@ -87,6 +87,8 @@ struct SparseCholesky::Cholmod {
     }
     column_start[m.size * kPoseDof] = next;
   }
+
+  Eigen::MatrixXd solve(int system, const Eigen::MatrixXd& b);
 };
 
 SparseCholesky::SparseCholesky() : cholmod_(std::make_unique<Cholmod>()) {}
@@ -110,10 +112,9 @@ bool SparseCholesky::factor(const BlockMatrix& matrix, bool same_pattern) {
   return c.common.status == CHOLMOD_OK && c.factor->minor == c.factor->n;
 }
 
-Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) {
-  Cholmod& c = *cholmod_;
-  if (c.factor == nullptr || c.factor->n != static_cast<std::size_t>(b.rows()))
-    throw std::invalid_argument("SparseCholesky::solve: nothing of this size was factored");
+Eigen::MatrixXd SparseCholesky::Cholmod::solve(int system, const Eigen::MatrixXd& b) {
+  if (factor == nullptr || factor->n != static_cast<std::size_t>(b.rows()))
+    throw std::invalid_argument("SparseCholesky: nothing of this size was factored");
   cholmod_dense right{};
   right.nrow = b.rows();
   right.ncol = b.cols();
@@ -122,12 +123,20 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) {
   right.x = const_cast<double*>(b.data());
   right.xtype = CHOLMOD_REAL;
   right.dtype = CHOLMOD_DOUBLE;
-  cholmod_dense* solution = cholmod_solve(CHOLMOD_A, c.factor, &right, &c.common);
-  if (solution == nullptr) throw std::runtime_error("SparseCholesky::solve: out of memory");
+  cholmod_dense* solution = cholmod_solve(system, factor, &right, &common);
+  if (solution == nullptr) throw std::runtime_error("SparseCholesky: out of memory");
   Eigen::MatrixXd x(b.rows(), b.cols());
   std::memcpy(x.data(), solution->x, sizeof(double) * x.size());
-  cholmod_free_dense(&solution, &c.common);
+  cholmod_free_dense(&solution, &common);
   return x;
+}
+
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) {
+  return cholmod_->solve(CHOLMOD_A, b);
+}
+
+Eigen::MatrixXd SparseCholesky::whiten(const Eigen::MatrixXd& b) {
+  return cholmod_->solve(CHOLMOD_L, cholmod_->solve(CHOLMOD_P, b));
 }
 
 }  // namespace eifmap

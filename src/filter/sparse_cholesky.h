@@ -38,6 +38,10 @@ class SparseCholesky {
   // x with matrix x = b, one column of b at a time; needs a successful factor() before.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b);
 
+  // y = L^-1 P b of matrix = P' L L' P: y'y = b' matrix^-1 b, the covariance of the linear
+  // functions of x that are b's columns.
+  Eigen::MatrixXd whiten(const Eigen::MatrixXd& b);
+
  private:
   struct Cholmod;
   std::unique_ptr<Cholmod> cholmod_;

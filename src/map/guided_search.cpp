@@ -15,12 +15,13 @@ struct Candidate {
 };
 
 // Best keypoint near the prediction; ambiguous ones are left alone.
-bool best_keypoint(const ObservedFrame& observed, const std::int8_t* descriptor,
+bool best_keypoint(const ObservedFrame& observed, const ObservedFrame& seen_in, int seen_as,
                    const std::vector<int>& near, const MatchOptions& options, Candidate& best) {
+  const std::int8_t* descriptor = seen_in.descriptor(seen_as);
   int second = std::numeric_limits<int>::max();
   best.distance = std::numeric_limits<int>::max();
-  for (int place : near) {
-    const int keypoint = observed.omega_m.index[place];
+  for (int keypoint : near) {
+    if (observed.sign(keypoint) != seen_in.sign(seen_as)) continue;
     const int distance = descriptor_distance(descriptor, observed.descriptor(keypoint));
     if (distance < best.distance) {
       second = best.distance;
@@ -42,11 +43,8 @@ std::vector<LandmarkSight> search_landmarks(const Map& map, const ObservedFrame&
                                             const Rigid3& world_from_camera,
                                             const std::vector<int>& tracks, double radius,
                                             const MatchOptions& options) {
-  std::vector<Eigen::Vector2d> places;
-  places.reserve(observed.omega_m.index.size());
-  for (int keypoint : observed.omega_m.index) places.push_back(observed.x[keypoint]);
-  if (places.empty()) return {};
-  const PointGrid grid(places, radius);
+  if (observed.x.empty()) return {};
+  const PointGrid grid(observed.x, radius);
   const Projector projector(world_from_camera);
 
   std::vector<Candidate> candidates;
@@ -60,8 +58,8 @@ std::vector<LandmarkSight> search_landmarks(const Map& map, const ObservedFrame&
     const Sight& latest = map.track(track).sights.back();
     Candidate candidate;
     candidate.track = track;
-    if (best_keypoint(observed, map.keyframe(latest.keyframe).observed.descriptor(latest.keypoint),
-                      near, options, candidate))
+    if (best_keypoint(observed, map.keyframe(latest.keyframe).observed, latest.keypoint, near,
+                      options, candidate))
       candidates.push_back(candidate);
   }
 

@@ -25,8 +25,8 @@ bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
   // Where a plane fills the view, the two-view direction may be the plane's other solution.
   // Nor is it one to believe where the map's scale fit would not have it.
   if (tracking.source == PoseSource::kScaleFit && !tracking.relative.planar &&
-      add_edge(map, tracking.reference, keyframe, edge_matches(tracking), tracking.relative.pose,
-               options.edge))
+      add_edge(map, tracking.related, keyframe, edge_matches(tracking), tracking.relative.pose,
+               options))
     return true;
   std::vector<int> neighbours = map.covisible(keyframe, 1 + options.edge.neighbours);
   neighbours.erase(neighbours.begin());
@@ -106,8 +106,9 @@ Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& trac
   const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);
   for (const LandmarkSight& sight : tracking.sights)
     map.add_sight(sight.track, {k, sight.keypoint});
-  if (options.edge.enabled) add_relative_pose(map, k, tracking, options);
-  extend_tracks(map, k, options);
+  const bool has_edge = options.edge.enabled && add_relative_pose(map, k, tracking, options);
+  extend_tracks(map, k, options,
+                {sigma_centre(tracking), options.landmark.promote_omega_p && !has_edge});
   const FilterUpdate update = map.update();
   const Reason reason = judge_update(map, k, tracking, reference_before, update);
   cull(map, k);

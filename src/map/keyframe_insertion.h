@@ -20,15 +20,21 @@ struct Insertion {
 Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& tracking,
                           const MapperOptions& options);
 
+struct TrackExtension {
+  double sigma_centre = 0;    // standard deviation of the keyframe's place, map units
+  bool with_omega_p = false;  // features of Omega_p that no edge has used may become landmarks too
+};
+
 // Step 3 alone: matches the newest keyframe with its neighbours, extends tracks, and promotes what
 // is seen well enough. Returns the number of new landmarks.
-int extend_tracks(Map& map, int keyframe, const MapperOptions& options);
+int extend_tracks(Map& map, int keyframe, const MapperOptions& options,
+                  const TrackExtension& extension = {});
 
 // One relative-pose edge from the matches of two keyframes, of measurements that no edge has used.
 // `matches`: a in i, b in j; those that fit `start`. False when too few are left or the direction
 // is not certain enough.
 bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, RelativePose start,
-              const EdgeOptions& options);
+              const MapperOptions& options);
 
 // The same for a pair that was not matched yet: the map's poses guide the matching and are the
 // start of the refinement, no part of the measurement.

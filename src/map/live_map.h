@@ -17,8 +17,8 @@ struct LiveMap {
   Map map;
   MapNews news;
   TrajectoryLog log;
-  int reference = 0;    // keyframe that frames are related to
-  Rigid3 last;          // pose of the last tracked frame
+  int reference = 0;  // keyframe that frames are related to
+  LastMotion last;
   int next_to_try = 0;  // keyframe: relocalization goes round all of them
 };
 

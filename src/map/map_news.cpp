@@ -29,6 +29,20 @@ bool changed(const LandmarkView& sent, const LandmarkView& now) {
                                           kLandmarkMoved * now.position_in_anchor.norm();
 }
 
+void add_covariances(Map& map, MapUpdate& update) {
+  std::vector<int> poses, landmarks;
+  for (const KeyframeView& k : update.keyframes) poses.push_back(static_cast<int>(k.id));
+  for (const LandmarkView& l : update.landmarks)
+    landmarks.push_back(map.track(static_cast<int>(l.id)).landmark);
+  std::vector<PoseBlock> of_poses;
+  std::vector<Eigen::Matrix3d> of_landmarks;
+  if (!map.filter().covariances(poses, landmarks, of_poses, of_landmarks)) return;
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    update.keyframes[k].covariance = centre_first(of_poses[k]);
+  for (std::size_t l = 0; l < landmarks.size(); ++l)
+    update.landmarks[l].covariance = of_landmarks[l];
+}
+
 }  // namespace
 
 void MapNews::compare_keyframes(const Map& map, MapUpdate& update) {
@@ -36,7 +50,7 @@ void MapNews::compare_keyframes(const Map& map, MapUpdate& update) {
     const bool fresh = k >= static_cast<int>(sent_poses_.size());
     if (!fresh && !moved(sent_poses_[k], map.pose(k), map.median_depth(k))) continue;
     const FeatureFrame& frame = map.keyframe(k).observed.frame;
-    update.keyframes.push_back({k, frame.time_us, map.pose(k)});
+    update.keyframes.push_back({k, frame.time_us, map.pose(k), unknown_covariance<6>()});
     if (!fresh) {
       sent_poses_[k] = map.pose(k);
       continue;
@@ -66,12 +80,13 @@ void MapNews::compare_landmarks(const Map& map, MapUpdate& update) {
   }
 }
 
-MapUpdate MapNews::since_last(const Map& map) {
+MapUpdate MapNews::since_last(Map& map) {
   MapUpdate update;
   update.base_seq = seq_;
   update.seq = ++seq_;
   compare_keyframes(map, update);
   compare_landmarks(map, update);
+  add_covariances(map, update);
   return update;
 }
 

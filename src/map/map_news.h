@@ -11,11 +11,12 @@
 namespace eifmap {
 
 // Remembers what was last sent and compares: a keyframe is sent again when it moved by more than a
-// small part of the scene's depth, a landmark when it moved in its anchor's frame.
+// small part of the scene's depth, a landmark when it moved in its anchor's frame. What is sent
+// goes with its covariance of now.
 class MapNews {
  public:
   // Fills everything but map_id and map_epoch.
-  MapUpdate since_last(const Map& map);
+  MapUpdate since_last(Map& map);
 
  private:
   void compare_keyframes(const Map& map, MapUpdate& update);

@@ -25,12 +25,22 @@ struct Pair {
 Pair relate(const ObservedFrame& i, const ObservedFrame& j, const Camera& camera,
             const MapperOptions& options) {
   Pair pair;
-  pair.p = match(i.omega_p, j.omega_p, options.match);
-  pair.m = match(i.omega_m, j.omega_m, options.match);
+  pair.p = match_omega_p(i, j, options.match);
+  pair.m = match_omega_m(i, j, options.match);
   pair.all = correspondences(i, j, pair.p, pair.m);
   pair.relative =
       estimate_relative_pose(pair.all, camera.radians_per_pixel(), options.relative_pose);
   return pair;
+}
+
+// Merit: of which sign more features of the anchor have lasted until now and fit the pose. A small
+// lead is chance.
+MapSign sign_of_longer_tracks(const Pair& pair, MapSign now) {
+  const auto middle = pair.relative.inlier.begin() + static_cast<std::ptrdiff_t>(pair.p.size());
+  const auto p = std::count(pair.relative.inlier.begin(), middle, 1);
+  const auto m = std::count(middle, pair.relative.inlier.end(), 1);
+  if (10 * p <= 11 * m) return now;
+  return now == MapSign::kMinus ? MapSign::kPlus : MapSign::kMinus;
 }
 
 struct StartPoint {
@@ -114,7 +124,7 @@ std::optional<Map> build_map(const ObservedFrame& i, const ObservedFrame& j, con
   std::vector<Match> edge;
   for (std::size_t k = 0; k < pair.p.size(); ++k)
     if (pair.relative.inlier[k]) edge.push_back(pair.p[k]);
-  if (options.edge.enabled) add_edge(map, 0, 1, edge, pair.relative.pose, options.edge);
+  if (options.edge.enabled) add_edge(map, 0, 1, edge, pair.relative.pose, options);
   // The other matches wait as candidates for a third view.
   for (std::size_t k = 0; k < pair.m.size(); ++k) {
     const Match& m = pair.m[k];
@@ -137,6 +147,11 @@ std::optional<Rigid3> pose_backwards(const Map& map, const ObservedFrame& observ
 }
 
 }  // namespace
+
+MapSign sign_to_start_with(MapSignChoice choice) {
+  if (choice == MapSignChoice::kBoth) return MapSign::kBoth;
+  return choice == MapSignChoice::kPlus ? MapSign::kPlus : MapSign::kMinus;
+}
 
 MapStart::MapStart(const Camera& camera, const MapperOptions& options)
     : camera_(camera), options_(options) {}
@@ -174,9 +189,18 @@ StartStep MapStart::add(ObservedFrame observed) {
   return step;
 }
 
-StartStep MapStart::compare_with_anchor(const ObservedFrame& observed) const {
+void MapStart::choose_sign(MapSign sign, ObservedFrame& newest) {
+  newest.map_sign = sign;
+  for (ObservedFrame& frame : frames_) frame.map_sign = sign;
+}
+
+StartStep MapStart::compare_with_anchor(ObservedFrame& observed) {
   const ObservedFrame& anchor = frames_[anchor_];
-  const Pair pair = relate(anchor, observed, camera_, options_);
+  Pair pair = relate(anchor, observed, camera_, options_);
+  if (options_.map_sign == MapSignChoice::kMerit && pair.relative.ok()) {
+    choose_sign(sign_of_longer_tracks(pair, observed.map_sign), observed);
+    pair = relate(anchor, observed, camera_, options_);
+  }
   const std::vector<StartPoint> points = pair.relative.ok()
                                              ? certain_points(anchor, observed, pair, options_)
                                              : std::vector<StartPoint>();

@@ -17,6 +17,9 @@ struct StartedMap {
   std::vector<TimedPose> posed;
 };
 
+// Of the frames that a start is offered: by merit it may choose the other sign.
+MapSign sign_to_start_with(MapSignChoice choice);
+
 struct StartStep {
   Reason reason = Reason::kTooFewFeatures;  // kNone: `started` holds a map
   std::string detail;                       // the numbers behind the reason
@@ -35,7 +38,8 @@ class MapStart {
 
  private:
   void give_up_anchor();
-  StartStep compare_with_anchor(const ObservedFrame& observed) const;
+  StartStep compare_with_anchor(ObservedFrame& observed);
+  void choose_sign(MapSign sign, ObservedFrame& newest);
 
   Camera camera_;
   MapperOptions options_;

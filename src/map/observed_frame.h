@@ -10,20 +10,35 @@
 
 namespace eifmap {
 
+// The Laplacian sign whose features make the map; the other one's give relative poses.
+enum class MapSign { kMinus, kPlus, kBoth };
+
 struct ObservedFrame {
-  FeatureFrame frame;
+  FeatureFrame frame;              // without the keypoints beyond kMaxViewAngle
   std::vector<Eigen::Vector2d> x;  // per keypoint: normalized image coordinates
   std::vector<double> sigma;       // per keypoint: of x, each axis
-  FeatureGroup omega_m, omega_p;   // [WD10] II: for the map, for relative poses
+  FeatureGroup minus, plus;        // [WD10] II: by Laplacian sign; the two are never matched
+  MapSign map_sign = MapSign::kMinus;
 
   int size() const { return static_cast<int>(x.size()); }
+  int sign(int keypoint) const { return frame.keypoints[keypoint].laplacian_sign; }
+  // [WD10] II: Omega_m is for the map, Omega_p for relative poses.
+  bool in_omega_m(int keypoint) const {
+    return map_sign == MapSign::kBoth || (sign(keypoint) < 0) == (map_sign == MapSign::kMinus);
+  }
   const std::int8_t* descriptor(int keypoint) const {
     return frame.descriptors.data() + static_cast<std::ptrdiff_t>(keypoint) * kDescriptorSize;
   }
 };
 
-// `map_sign`: the Laplacian sign of Omega_m. `sigma_factor`: MapperOptions.
-ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, int map_sign,
+// `sigma_factor`: MapperOptions.
+ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, MapSign map_sign,
                       double sigma_factor);
+
+// a: keypoint of i, b: of j; sorted by a within a sign. The two frames have the same map_sign.
+std::vector<Match> match_omega_m(const ObservedFrame& i, const ObservedFrame& j,
+                                 const MatchOptions& options);
+std::vector<Match> match_omega_p(const ObservedFrame& i, const ObservedFrame& j,
+                                 const MatchOptions& options);
 
 }  // namespace eifmap

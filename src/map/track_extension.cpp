@@ -13,13 +13,23 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
-// The keyframe's features of Omega_m that no landmark explains yet.
-std::vector<int> open_features(const Keyframe& keyframe, const Map& map) {
-  std::vector<int> open;
-  for (int keypoint : keyframe.observed.omega_m.index) {
+// The keyframe's features that may belong to the map: Omega_m, and what is left of Omega_p if asked
+// for.
+std::vector<int> map_features(const Keyframe& keyframe, bool with_omega_p) {
+  std::vector<int> features;
+  for (int keypoint = 0; keypoint < keyframe.observed.size(); ++keypoint)
+    if (keyframe.observed.in_omega_m(keypoint) || (with_omega_p && !keyframe.spent[keypoint]))
+      features.push_back(keypoint);
+  return features;
+}
+
+// Of them, those that no landmark explains yet.
+std::vector<int> open_features(const Keyframe& keyframe, bool with_omega_p, const Map& map) {
+  std::vector<int> open = map_features(keyframe, with_omega_p);
+  std::erase_if(open, [&](int keypoint) {
     const int track = keyframe.track[keypoint];
-    if (track == kNoTrack || !map.track(track).is_landmark()) open.push_back(keypoint);
-  }
+    return track != kNoTrack && map.track(track).is_landmark();
+  });
   return open;
 }
 
@@ -112,20 +122,23 @@ bool good_enough(const Track& track, const TriangulatedPoint& point,
 
 }  // namespace
 
-int extend_tracks(Map& map, int keyframe, const MapperOptions& options) {
+int extend_tracks(Map& map, int keyframe, const MapperOptions& options,
+                  const TrackExtension& extension) {
   std::vector<int> neighbours = map.covisible(keyframe, 1 + options.landmark.neighbours);
   neighbours.erase(neighbours.begin());
-  const double depth = map.median_depth(keyframe);
+  // Shorter, the pose's own error would make the depths.
+  const double shortest = std::max(0.02 * map.median_depth(keyframe),
+                                   options.landmark.min_baseline_sigma * extension.sigma_centre);
   const EpipolarMatchOptions along{options.landmark.max_error, options.match.max_ratio,
                                    options.match.max_distance};
   std::vector<int> touched;
   for (int k : neighbours) {
     const double baseline = (map.pose(k).translation - map.pose(keyframe).translation).norm();
-    if (baseline < 0.02 * depth) continue;  // the pose's own error would make the depths
-    const ObservedFrame& old_frame = map.keyframe(k).observed;
+    if (!(baseline > shortest)) continue;
+    const Keyframe &old = map.keyframe(k), &fresh = map.keyframe(keyframe);
     const std::vector<Match> matches = match_along_epipolar_lines(
-        old_frame, old_frame.omega_m.index, map.keyframe(keyframe).observed,
-        open_features(map.keyframe(keyframe), map), map.pose(k), map.pose(keyframe), along);
+        old.observed, map_features(old, extension.with_omega_p), fresh.observed,
+        open_features(fresh, extension.with_omega_p, map), map.pose(k), map.pose(keyframe), along);
     for (const Match& m : matches)
       take_match(map, {keyframe, m.b}, {k, m.a}, options.landmark, touched);
   }

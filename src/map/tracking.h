@@ -27,10 +27,12 @@ struct Tracking {
   std::string detail;                      // the reason's numbers
   PoseSource source = PoseSource::kNone;
   int reference = 0;  // keyframe
+  int related = 0;    // keyframe of the matches and the relative pose: the reference, or an older
+                      // one where that is too near
   Rigid3 world_from_camera;
   Eigen::Matrix<double, 6, 6> covariance =
       Eigen::Matrix<double, 6, 6>::Zero();  // (w, dc), given the map
-  std::vector<Match> matches_p, matches_m;  // a: keypoint of the reference, b: of the frame
+  std::vector<Match> matches_p, matches_m;  // a: keypoint of `related`, b: of the frame
   RelativePoseResult relative;              // over matches_p, then matches_m
   std::vector<LandmarkSight> sights;        // inliers, by track ascending
   int num_matches = 0;                      // landmarks matched, inliers or not
@@ -38,10 +40,15 @@ struct Tracking {
   bool ok() const { return reason == Reason::kNone; }
 };
 
-// `last`: the pose of the last tracked frame; only a start for where no relative pose can be had
-// and the length of the first guess. No motion model.
+// Where the camera was last. Only a start for where no relative pose can be had, and the length of
+// the first guess along one that can: no motion model.
+struct LastMotion {
+  Rigid3 pose;                                     // of the last tracked frame
+  Eigen::Vector3d step = Eigen::Vector3d::Zero();  // world, to it from the one before
+};
+
 Tracking track_frame(const Map& map, const ObservedFrame& observed, int reference,
-                     const Rigid3& last, const MapperOptions& options);
+                     const LastMotion& last, const MapperOptions& options);
 
 // The same without any guess: matches the frame with the keyframes given and solves PnP; believed
 // from `min_inliers` on. For a lost camera.

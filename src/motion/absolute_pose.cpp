@@ -106,6 +106,34 @@ double minimize(std::span<const MapObservation> observations, const AbsolutePose
   return std::min(spread, kMaxSpread);
 }
 
+// Inliers and covariance of result.world_from_camera; `spread` of the errors.
+void judge(std::span<const MapObservation> observations, const AbsolutePoseOptions& options,
+           double spread, double gate, AbsolutePose& result) {
+  const std::vector<double> errors = errors_of(result.world_from_camera, observations);
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    result.inlier[k] = errors[k] < gate;
+    result.num_inliers += result.inlier[k];
+  }
+  if (result.num_inliers < options.min_inliers) return;
+
+  const Normal normal = linearize(result.world_from_camera, observations, errors,
+                                  options.bisquare * std::max(1.0, spread));
+  const Eigen::LLT<Matrix6d> factor(normal.information);
+  if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-14)) return;
+  result.covariance = std::max(1.0, spread * spread) * factor.solve(Matrix6d::Identity());
+  result.reason = Reason::kNone;
+}
+
+AbsolutePose unjudged(const Rigid3& pose, std::span<const MapObservation> observations,
+                      const AbsolutePoseOptions& options) {
+  if (const std::string problem = options.problem(); !problem.empty())
+    throw std::invalid_argument(problem);
+  AbsolutePose result;
+  result.world_from_camera = pose;
+  result.inlier.assign(observations.size(), 0);
+  return result;
+}
+
 }  // namespace
 
 std::string AbsolutePoseOptions::problem() const {
@@ -124,27 +152,23 @@ std::string AbsolutePoseOptions::problem() const {
 AbsolutePose refine_absolute_pose(const Rigid3& world_from_guess,
                                   std::span<const MapObservation> observations,
                                   const AbsolutePoseOptions& options) {
-  if (const std::string problem = options.problem(); !problem.empty())
-    throw std::invalid_argument(problem);
-  AbsolutePose result;
-  result.world_from_camera = world_from_guess;
-  result.inlier.assign(observations.size(), 0);
+  AbsolutePose result = unjudged(world_from_guess, observations, options);
   if (static_cast<int>(observations.size()) < options.min_inliers) return result;
-
   const double spread = minimize(observations, options, result.world_from_camera);
-  const std::vector<double> errors = errors_of(result.world_from_camera, observations);
-  for (std::size_t k = 0; k < observations.size(); ++k) {
-    result.inlier[k] = errors[k] < options.gate_sigma;
-    result.num_inliers += result.inlier[k];
-  }
-  if (result.num_inliers < options.min_inliers) return result;
+  judge(observations, options, spread, options.gate_sigma, result);
+  return result;
+}
 
-  const Normal normal = linearize(result.world_from_camera, observations, errors,
-                                  options.bisquare * std::max(1.0, spread));
-  const Eigen::LLT<Matrix6d> factor(normal.information);
-  if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-14)) return result;
-  result.covariance = std::max(1.0, spread * spread) * factor.solve(Matrix6d::Identity());
-  result.reason = Reason::kNone;
+AbsolutePose judge_absolute_pose(const Rigid3& world_from_camera,
+                                 std::span<const MapObservation> observations,
+                                 const AbsolutePoseOptions& options) {
+  AbsolutePose result = unjudged(world_from_camera, observations, options);
+  if (static_cast<int>(observations.size()) < options.min_inliers) return result;
+  // The errors include the pose's own, which nothing has taken out.
+  const double spread = std::clamp(
+      spread_of(errors_of(world_from_camera, observations), options.bisquare * kMaxSpread), 1.0,
+      kMaxSpread);
+  judge(observations, options, spread, options.gate_sigma * spread, result);
   return result;
 }
 

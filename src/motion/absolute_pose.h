@@ -43,6 +43,11 @@ AbsolutePose refine_absolute_pose(const Rigid3& world_from_guess,
                                   std::span<const MapObservation> observations,
                                   const AbsolutePoseOptions& options);
 
+// The pose as it is: who agrees with it, and how certain that makes it.
+AbsolutePose judge_absolute_pose(const Rigid3& world_from_camera,
+                                 std::span<const MapObservation> observations,
+                                 const AbsolutePoseOptions& options);
+
 // The fallback: P3P RANSAC over all observations, then refine_absolute_pose.
 AbsolutePose solve_pnp(std::span<const MapObservation> observations, double radians_per_pixel,
                        const AbsolutePoseOptions& options);

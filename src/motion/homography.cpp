@@ -46,22 +46,26 @@ Eigen::Matrix3d fit(std::span<const Correspondence> matches, const std::vector<d
 
 }  // namespace
 
-double homography_inlier_ratio(std::span<const Correspondence> matches,
-                               std::span<const std::uint8_t> chosen) {
+Homography fit_homography(std::span<const Correspondence> matches,
+                          std::span<const std::uint8_t> chosen) {
   std::vector<double> weights(matches.size()), errors;
   for (std::size_t k = 0; k < matches.size(); ++k) weights[k] = chosen[k] ? 1 : 0;
-  double ratio = 0;
+  Homography homography;
+  homography.inlier.assign(matches.size(), 0);
   // Nearly all or nothing is asked, so least squares over all with a few rounds of bisquare weights
   // does, and no search is needed.
   for (int round = 0; round < 4; ++round) {
-    const Eigen::Matrix3d i_from_j = fit(matches, weights);
+    homography.i_from_j = fit(matches, weights);
     errors.clear();
-    for (std::size_t k = 0; k < matches.size(); ++k)
-      if (chosen[k]) errors.push_back(transfer_error(matches[k], i_from_j));
-    if (errors.empty()) return 0;
-    const auto explained =
-        std::count_if(errors.begin(), errors.end(), [](double e) { return e < kGate; });
-    ratio = static_cast<double>(explained) / static_cast<double>(errors.size());
+    int explained = 0;
+    for (std::size_t k = 0; k < matches.size(); ++k) {
+      if (!chosen[k]) continue;
+      errors.push_back(transfer_error(matches[k], homography.i_from_j));
+      homography.inlier[k] = errors.back() < kGate;
+      explained += homography.inlier[k];
+    }
+    if (errors.empty()) return homography;
+    homography.inlier_ratio = static_cast<double>(explained) / static_cast<double>(errors.size());
 
     auto error = errors.begin();
     std::vector<double> sizes = errors;
@@ -69,7 +73,7 @@ double homography_inlier_ratio(std::span<const Correspondence> matches,
     for (std::size_t k = 0; k < matches.size(); ++k)
       if (chosen[k]) weights[k] = bisquare_weight(*error++, limit);
   }
-  return ratio;
+  return homography;
 }
 
 }  // namespace eifmap

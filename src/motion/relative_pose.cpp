@@ -32,6 +32,28 @@ void check_input(std::span<const Correspondence> matches, double radians_per_pix
       throw std::invalid_argument("a correspondence is not finite or has no sigma");
 }
 
+bool same_motion(const RelativePose& a, const RelativePose& b) {
+  constexpr double kSame = 0.01;  // rad: what the refinement leaves of different starts
+  return a.i_from_j.angularDistance(b.i_from_j) < kSame &&
+         (a.direction - b.direction).norm() < kSame;
+}
+
+void consider_plane(std::span<const Correspondence> matches, const RelativePoseOptions& options,
+                    RelativePoseResult& result) {
+  const Homography homography = fit_homography(matches, result.inlier);
+  result.planar = homography.inlier_ratio > kPlanarRatio;
+  if (!result.planar) return;
+  for (const RelativePose& start : decompose_homography(homography, matches)) {
+    RelativePoseAlternative other{start, {}, 0};
+    if (!refine_relative_pose(matches, other.pose, other.inlier, options.covariance)) continue;
+    other.num_inliers = count(other.inlier);
+    bool known = same_motion(other.pose, result.pose);
+    for (const RelativePoseAlternative& a : result.alternatives)
+      known = known || same_motion(other.pose, a.pose);
+    if (!known) result.alternatives.push_back(std::move(other));
+  }
+}
+
 }  // namespace
 
 std::string RelativePoseOptions::problem() const {
@@ -73,7 +95,8 @@ RelativePoseResult estimate_relative_pose(std::span<const Correspondence> matche
   if (!start) return refuse(Reason::kRelativePoseFailed);
   result.pose = *start;
   result.inlier.assign(matches.size(), 1);
-  const bool refined = refine_relative_pose(matches, result.pose, result.inlier);
+  const bool refined =
+      refine_relative_pose(matches, result.pose, result.inlier, options.covariance);
   result.num_inliers = count(result.inlier);
   if (!refined || result.num_inliers < options.min_inlier_ratio * number)
     return refuse(Reason::kRelativePoseFailed);
@@ -81,8 +104,7 @@ RelativePoseResult estimate_relative_pose(std::span<const Correspondence> matche
   // right.
   if (both(result.inlier, rotation.inlier) > options.max_rotation_inlier_ratio * result.num_inliers)
     return refuse(Reason::kNoBaseline);
-  if (options.check_planar)
-    result.planar = homography_inlier_ratio(matches, result.inlier) > kPlanarRatio;
+  if (options.check_planar) consider_plane(matches, options, result);
   return result;
 }
 

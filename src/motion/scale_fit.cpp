@@ -126,33 +126,61 @@ struct Estimate {
   double spread = 1;
 };
 
-// Robust fit from one mode. [WD10] III-D: iteratively reweighted least squares, bisquare weights.
+// One step of iteratively reweighted least squares with bisquare weights: [WD10] III-D. `e.spread`
+// says how wide. Leaves in `sizes` the residuals that had a part. False when none had.
+bool reweighted_step(const OffsettingModel& model, double bisquare, Estimate& e,
+                     std::vector<double>& sizes, double& change) {
+  const double limit = bisquare * e.spread;
+  double information = 0, gradient = 0;
+  sizes.clear();
+  Eigen::Vector2d r, j;
+  for (std::size_t f = 0; f < model.size(); ++f) {
+    if (!model.residual(f, e.d, r, &j)) continue;
+    const double size = r.norm();
+    if (!(size < limit)) continue;
+    sizes.push_back(size);
+    const double weight = bisquare_weight(size, limit);
+    information += weight * j.squaredNorm();
+    gradient += weight * j.dot(r);
+  }
+  if (!(information > 0)) return false;
+  change = gradient / information;
+  e.sigma_d = e.spread / std::sqrt(information);
+  e.d += change;
+  return true;
+}
+
+constexpr int kSteps = 20;
+
+// From one mode of the votes. The spread is of the residuals below the limit, and clamped.
 Estimate fit_from(double d, const OffsettingModel& model, const ScaleFitOptions& options) {
-  constexpr int kSteps = 20;
   Estimate e;
   e.d = d;
   e.spread = options.max_spread;
   std::vector<double> sizes;
-  Eigen::Vector2d r, j;
+  double change = 0;
   for (int step = 0; step < kSteps; ++step) {
-    const double limit = options.bisquare * e.spread;
-    double information = 0, gradient = 0;
-    sizes.clear();
-    for (std::size_t f = 0; f < model.size(); ++f) {
-      if (!model.residual(f, e.d, r, &j)) continue;
-      const double size = r.norm();
-      if (!(size < limit)) continue;
-      sizes.push_back(size);
-      const double weight = bisquare_weight(size, limit);
-      information += weight * j.squaredNorm();
-      gradient += weight * j.dot(r);
-    }
-    if (!(information > 0)) return {};
-    const double change = gradient / information;
-    e.sigma_d = e.spread / std::sqrt(information);
-    e.d += change;
+    if (!reweighted_step(model, options.bisquare, e, sizes, change)) return {};
     if (step > 4 && std::abs(change) < 1e-3 * e.sigma_d) break;
     e.spread = std::clamp(kSpreadFromMedian2d * take_median(sizes), 1.0, options.max_spread);
+  }
+  return e;
+}
+
+// From the guess, d = 0. The spread is of all residuals, whatever it is.
+Estimate fit_plainly(const OffsettingModel& model, const ScaleFitOptions& options) {
+  constexpr double kMinSpread = 1e-6;  // exact data has none
+  Estimate e;
+  std::vector<double> sizes;
+  Eigen::Vector2d r;
+  double change = 0;
+  for (int step = 0; step < kSteps; ++step) {
+    sizes.clear();
+    for (std::size_t f = 0; f < model.size(); ++f)
+      if (model.residual(f, e.d, r, nullptr)) sizes.push_back(r.norm());
+    e.spread = std::max(kMinSpread, kSpreadFromMedian2d * take_median(sizes));
+    if (!reweighted_step(model, options.bisquare, e, sizes, change)) break;
+    if (std::abs(change) < 1e-3 * e.sigma_d) break;
   }
   return e;
 }
@@ -185,6 +213,27 @@ auto far_from(double d, double spread) {
   };
 }
 
+// The best two modes of the votes, each fitted; the better fit. No sigma when nobody votes.
+Estimate fit_by_votes(const OffsettingModel& model, const ScaleFitOptions& options,
+                      double& runner_up) {
+  const std::vector<Vote> votes = cast_votes(model, options.bisquare * options.max_spread);
+  const Mode first = best_mode(votes, [](const Vote&) { return true; });
+  if (first.score <= 0) return {};
+  Estimate best = fit_from(first.d, model, options);
+  const Mode second = best_mode(votes, far_from(best.d, best.spread));
+  double other_score = second.score, best_score = score_at(best.d, votes);
+  if (second.score > 0) {
+    const Estimate other = fit_from(second.d, model, options);
+    if (cost_of(other.d, model, options) < cost_of(best.d, model, options)) {
+      best = other;
+      best_score = score_at(best.d, votes);
+      other_score = best_mode(votes, far_from(best.d, best.spread)).score;
+    }
+  }
+  runner_up = best_score > 0 ? other_score / best_score : 1;
+  return best;
+}
+
 }  // namespace
 
 std::string ScaleFitOptions::problem() const {
@@ -209,22 +258,10 @@ ScaleFit fit_scale(const Eigen::Vector3d& centre_i, const Rigid3& world_from_gue
   fit.world_from_j = world_from_guess;
   fit.inlier.assign(observations.size(), 0);
   const OffsettingModel model(centre_i, world_from_guess, observations);
-  const std::vector<Vote> votes = cast_votes(model, options.bisquare * options.max_spread);
-
-  const Mode first = best_mode(votes, [](const Vote&) { return true; });
-  if (first.score <= 0) return fit;
-  Estimate best = fit_from(first.d, model, options);
-  const Mode second = best_mode(votes, far_from(best.d, best.spread));
-  double other_score = second.score, best_score = score_at(best.d, votes);
-  if (second.score > 0) {
-    const Estimate other = fit_from(second.d, model, options);
-    if (cost_of(other.d, model, options) < cost_of(best.d, model, options)) {
-      best = other;
-      best_score = score_at(best.d, votes);
-      other_score = best_mode(votes, far_from(best.d, best.spread)).score;
-    }
-  }
-  fit.runner_up = best_score > 0 ? other_score / best_score : 1;
+  const Estimate best = options.method == ScaleFitMethod::kVote
+                            ? fit_by_votes(model, options, fit.runner_up)
+                            : fit_plainly(model, options);
+  if (!std::isfinite(best.sigma_d)) return fit;
 
   fit.d = best.d;
   fit.sigma_d = best.sigma_d;

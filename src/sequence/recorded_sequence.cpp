@@ -85,13 +85,27 @@ void read_distortion(const nlohmann::json& json, Camera& camera, std::string& pr
                        std::all_of(found->begin(), found->end(),
                                    [](const nlohmann::json& k) { return k.is_number(); });
   if (!numbers) {
-    problem = "'distortion' is " + found->dump() + "; wanted up to 5 numbers: k1 k2 p1 p2 k3";
+    problem = "'distortion' is " + found->dump() +
+              "; wanted up to 5 numbers: k1 k2 p1 p2 k3, of a fisheye k1 k2 k3 k4";
     return;
   }
   for (std::size_t i = 0; i < found->size(); ++i) camera.distortion[i] = (*found)[i].get<double>();
-  if (std::any_of(camera.distortion.begin(), camera.distortion.end(),
-                  [](double k) { return k != 0; }))
-    camera.model = CameraModel::kRadialTangential;
+}
+
+// Without a name, coefficients make a radial-tangential lens.
+void read_model(const nlohmann::json& json, Camera& camera, std::string& problem) {
+  if (!problem.empty()) return;
+  const bool bent = std::any_of(camera.distortion.begin(), camera.distortion.end(),
+                                [](double k) { return k != 0; });
+  if (bent) camera.model = CameraModel::kRadialTangential;
+  const auto found = json.find("model");
+  if (found == json.end() || *found == "radial_tangential") return;
+  if (*found == "fisheye")
+    camera.model = CameraModel::kFisheye;
+  else if (*found != "pinhole")
+    problem = "'model' is " + found->dump() + "; wanted pinhole, radial_tangential or fisheye";
+  else if (bent)
+    problem = "'model' is pinhole, but 'distortion' is not zero";
 }
 
 }  // namespace
@@ -110,6 +124,7 @@ CameraFile read_camera(const fs::path& file) {
   camera.cx = number_at(json, "cx", result.problem);
   camera.cy = number_at(json, "cy", result.problem);
   read_distortion(json, camera, result.problem);
+  read_model(json, camera, result.problem);
   if (result.problem.empty()) result.problem = camera.problem();
   if (!result.problem.empty()) result.problem = file.string() + ": " + result.problem;
   return result;

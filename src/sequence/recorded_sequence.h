@@ -26,8 +26,9 @@ struct FileBytes {
   std::string problem;
 };
 
-// calib.json: width, height, fx, fy, cx, cy (px) and distortion (k1 k2 p1 p2 k3, OpenCV's order;
-// all zero, or none: a pinhole). Keys that are not known are passed over.
+// calib.json: width, height, fx, fy, cx, cy (px), model ("pinhole", "radial_tangential", "fisheye";
+// none: by the distortion) and distortion (k1 k2 p1 p2 k3, of a fisheye k1 k2 k3 k4, OpenCV's
+// orders; all zero, or none: a pinhole). Keys that are not known are passed over.
 struct CameraFile {
   Camera camera;
   std::string problem;

@@ -87,6 +87,11 @@ struct Renderer::View {
   }
 };
 
+// In units of 1/fx and 1/fy, so that a pinhole's are exactly 1 0 0 1.
+struct Renderer::Step {
+  float x_right, y_right, x_down, y_down;
+};
+
 struct Renderer::Buffer {
   cv::Mat inverse_depth, index;  // CV_32FC1; CV_32SC1, -1: nothing
 
@@ -100,13 +105,20 @@ Renderer::Renderer(const Camera& camera, const std::vector<Surface>& surfaces)
       surfaces_(surfaces),
       ray_x_(camera.height, camera.width, CV_32FC1),
       ray_y_(camera.height, camera.width, CV_32FC1),
+      ray_step_(camera.height, camera.width, CV_32FC4),
       column_low_(camera.width, std::numeric_limits<float>::max()),
       column_high_(camera.width, std::numeric_limits<float>::lowest()),
       row_low_(camera.height, std::numeric_limits<float>::max()),
       row_high_(camera.height, std::numeric_limits<float>::lowest()) {
   for (int row = 0; row < camera.height; ++row) {
     for (int column = 0; column < camera.width; ++column) {
-      const Eigen::Vector2f ray = camera.normalized_from_pixel({column, row}).cast<float>();
+      const Eigen::Vector2d exact_ray = camera.normalized_from_pixel({column, row});
+      const Eigen::Vector2f ray = exact_ray.cast<float>();
+      const Eigen::Matrix2d step = camera.normalized_jacobian(exact_ray) *
+                                   Eigen::Vector2d(camera.fx, camera.fy).asDiagonal();
+      const Eigen::Matrix2f rounded = step.cast<float>();
+      ray_step_.ptr<Step>(row)[column] = {rounded(0, 0), rounded(1, 0), rounded(0, 1),
+                                          rounded(1, 1)};
       ray_x_.at<float>(row, column) = ray.x();
       ray_y_.at<float>(row, column) = ray.y();
       column_low_[column] = std::min(column_low_[column], ray.x());
@@ -137,14 +149,17 @@ void Renderer::cast(const View& view, int index, Buffer& buffer) const {
   }
 }
 
-float Renderer::shade(const View& view, int index, float x, float y) const {
+float Renderer::shade(const View& view, int index, float x, float y, const Step& step) const {
   const float z = 1 / view.inverse_depth(x, y);
   const float s = view.s(x, y) * z, t = view.t(x, y) * z;
   // d(s/1)/dx of s = (s . ray) / (n . ray), for one pixel's step of the ray.
   const float dx = z / static_cast<float>(camera_.fx), dy = z / static_cast<float>(camera_.fy);
-  const Texture::Footprint footprint{
-      (view.s.x - s * view.inverse_depth.x) * dx, (view.t.x - t * view.inverse_depth.x) * dx,
-      (view.s.y - s * view.inverse_depth.y) * dy, (view.t.y - t * view.inverse_depth.y) * dy};
+  const float s_x = view.s.x - s * view.inverse_depth.x, t_x = view.t.x - t * view.inverse_depth.x;
+  const float s_y = view.s.y - s * view.inverse_depth.y, t_y = view.t.y - t * view.inverse_depth.y;
+  const Texture::Footprint footprint{(s_x * step.x_right + s_y * step.y_right) * dx,
+                                     (t_x * step.x_right + t_y * step.y_right) * dx,
+                                     (s_x * step.x_down + s_y * step.y_down) * dy,
+                                     (t_x * step.x_down + t_y * step.y_down) * dy};
   return surfaces_[index].texture.sample(s, t, footprint);
 }
 
@@ -172,9 +187,12 @@ float Renderer::shade_edge(const std::vector<View>& views, const Buffer& buffer,
   };
   std::array<Part, 9> parts{};
   const float ray_x = ray_x_.at<float>(row, column), ray_y = ray_y_.at<float>(row, column);
+  const Step step = ray_step_.ptr<Step>(row)[column];
   for (const auto& offset : kOffset) {
-    const float x = ray_x + offset[0] / static_cast<float>(camera_.fx);
-    const float y = ray_y + offset[1] / static_cast<float>(camera_.fy);
+    const float right = offset[0] / static_cast<float>(camera_.fx);
+    const float down = offset[1] / static_cast<float>(camera_.fy);
+    const float x = ray_x + (step.x_right * right + step.x_down * down);
+    const float y = ray_y + (step.y_right * right + step.y_down * down);
     int front = -1;
     float nearest = 0;
     for (int k = 0; k < count; ++k) {
@@ -189,7 +207,7 @@ float Renderer::shade_edge(const std::vector<View>& views, const Buffer& buffer,
   for (int k = 0; k < count; ++k) {
     if (parts[k].samples == 0) continue;
     const auto n = static_cast<float>(parts[k].samples);
-    sum += n * shade(views[candidates[k]], candidates[k], parts[k].x / n, parts[k].y / n);
+    sum += n * shade(views[candidates[k]], candidates[k], parts[k].x / n, parts[k].y / n, step);
     covered += parts[k].samples;
   }
   return (sum + static_cast<float>(kSamples - covered) * kBackground) / kSamples;
@@ -210,13 +228,14 @@ Rendering Renderer::render(const Rigid3& world_from_camera) const {
     const int* above = buffer.index.ptr<int>(std::max(row - 1, 0));
     const int* below = buffer.index.ptr<int>(std::min(row + 1, camera_.height - 1));
     const float *x = ray_x_.ptr<float>(row), *y = ray_y_.ptr<float>(row);
+    const Step* step = ray_step_.ptr<Step>(row);
     float* gray = rendering.gray.ptr<float>(row);
     for (int c = 0; c < camera_.width; ++c) {
       const int left = who[std::max(c - 1, 0)], right = who[std::min(c + 1, camera_.width - 1)];
       if (who[c] != left || who[c] != right || who[c] != above[c] || who[c] != below[c])
         gray[c] = shade_edge(views, buffer, c, row);
       else
-        gray[c] = who[c] < 0 ? kBackground : shade(views[who[c]], who[c], x[c], y[c]);
+        gray[c] = who[c] < 0 ? kBackground : shade(views[who[c]], who[c], x[c], y[c], step[c]);
     }
   }
   return rendering;

@@ -25,16 +25,18 @@ class Renderer {
   Rendering render(const Rigid3& world_from_camera) const;
 
  private:
+  struct Step;    // how far a step of one pixel moves the ray
   struct View;    // a surface as the camera sees it
   struct Buffer;  // who is in front at each pixel
 
   void cast(const View& view, int index, Buffer& buffer) const;
-  float shade(const View& view, int index, float x, float y) const;
+  float shade(const View& view, int index, float x, float y, const Step& step) const;
   float shade_edge(const std::vector<View>& views, const Buffer& buffer, int column, int row) const;
 
   Camera camera_;
   const std::vector<Surface>& surfaces_;
-  cv::Mat ray_x_, ray_y_;  // CV_32FC1: normalized coordinates of each pixel
+  cv::Mat ray_x_, ray_y_;  // CV_32FC1: normalized coordinates of each pixel; NaN: no ray
+  cv::Mat ray_step_;       // CV_32FC4: Step of each pixel
   // Bounds of the rays of each column (x) and row (y), to skip what a surface cannot reach.
   std::vector<float> column_low_, column_high_, row_low_, row_high_;
 };

@@ -1,6 +1,7 @@
 #include "simulation/simulated_world.h"
 
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 
@@ -14,18 +15,30 @@ namespace {
 
 using namespace simulation;
 
-Camera make_camera(bool distorted) {
+Camera make_camera(const SimulationOptions& options) {
   Camera camera;
   camera.width = 640;
   camera.height = 480;
   camera.fx = camera.fy = 470;
   camera.cx = 319.5;
   camera.cy = 239.5;
-  if (distorted) {
+  if (options.distorted) {
     camera.model = CameraModel::kRadialTangential;
     camera.distortion = {-0.28, 0.07, 0.0002, -0.0001, 0};
   }
+  if (options.fisheye) {
+    camera.fx = camera.fy = 305;
+    camera.model = CameraModel::kFisheye;
+    camera.distortion = {-0.013, 0.004, -0.001, 0.0002, 0};
+  }
   return camera;
+}
+
+Walk make_walk(const SimulationOptions& options) {
+  Walk walk;
+  walk.path = options.motion == "turn" ? Path::kRectangle : Path::kEllipse;
+  walk.roll = options.roll_deg * std::numbers::pi / 180;
+  return walk;
 }
 
 // Gaussian noise drawn once; each image row starts at its own place in it.
@@ -56,8 +69,12 @@ class SensorNoise {
 
 std::string SimulationOptions::problem() const {
   if (world != "courtyard") return "simulation: world is '" + world + "', wanted 'courtyard'";
+  if (motion != "lap" && motion != "turn")
+    return "simulation: motion is '" + motion + "', wanted 'lap' or 'turn'";
+  if (!(roll_deg >= 0 && roll_deg <= 180)) return "simulation: roll_deg must be 0 to 180";
   if (num_frames < 1 || num_frames > 100000) return "simulation: num_frames must be 1 to 100000";
   if (!(rate_hz >= 1 && rate_hz <= 1000)) return "simulation: rate_hz must be 1 to 1000";
+  if (distorted && fisheye) return "simulation: distorted and fisheye are two lenses; choose one";
   if (!(noise >= 0 && noise <= 50)) return "simulation: noise must be 0 to 50 gray levels";
   if (seed < 0) return "simulation: seed must be 0 or more";
   return "";
@@ -73,7 +90,8 @@ struct SimulatedWorld::State {
 
   explicit State(const SimulationOptions& o)
       : options(o),
-        camera(make_camera(o.distorted)),
+        camera(make_camera(o)),
+        walk(make_walk(o)),
         surfaces(paint(courtyard(static_cast<std::uint32_t>(o.seed)), courtyard_light())),
         renderer(camera, surfaces),
         noise(o.noise, o.seed) {}

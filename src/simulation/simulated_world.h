@@ -14,10 +14,16 @@ namespace eifmap {
 
 struct SimulationOptions {
   std::string world = "courtyard";  // the only one so far
-  int num_frames = 400;             // a lap and a tenth
+  // "lap": around the yard, looking ahead and inwards. "turn": straight on, then a turn by 90
+  // degrees in half a second close to things, then straight on, and so forth.
+  std::string motion = "lap";
+  double roll_deg = 0;   // the camera is slowly rolled so far either way, once in 20 s
+  int num_frames = 400;  // a lap and a tenth
   double rate_hz = 20;
   // Radial-tangential distortion as of a cheap lens (k1 -0.28, k2 0.07), else a pinhole.
   bool distorted = false;
+  // An equidistant fisheye of 122 by 92 degrees, 152 from corner to corner; else the above.
+  bool fisheye = false;
   double noise = 1.5;  // standard deviation of the sensor's noise, gray levels
   int seed = 1;        // of the noise and the surfaces
 

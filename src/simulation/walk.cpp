@@ -1,5 +1,6 @@
 #include "simulation/walk.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -30,6 +31,49 @@ double angle_at(const Walk& walk, double length) {
   return angle;
 }
 
+// A place on a path.
+struct Footprint {
+  Eigen::Vector3d centre, along;  // on the ground; unit
+};
+
+Footprint on_ellipse(const Walk& walk, double length) {
+  const double angle = angle_at(walk, length);
+  return {{walk.half_east * std::sin(angle), 0, -walk.half_north * std::cos(angle)},
+          Eigen::Vector3d(walk.half_east * std::cos(angle), 0, walk.half_north * std::sin(angle))
+              .normalized()};
+}
+
+// The rectangle lies so that the first turn leads between a column and a hedge, an arm's length
+// from either.
+constexpr double kWest = -6.5, kEast = 2.45, kSouth = -5.2, kNorth = 6.3;  // m
+
+// An arc that takes half a second.
+double corner_radius(const Walk& walk) {
+  return 0.5 * walk.speed / (kTurn / 4);
+}
+
+// Length of a straight part, by its number from the first, which leads east.
+double side_length(const Walk& walk, int side) {
+  return (side % 2 == 0 ? kEast - kWest : kNorth - kSouth) - 2 * corner_radius(walk);
+}
+
+// Sides and arcs in turn, each begun where the last one ended.
+Footprint on_rectangle(const Walk& walk, double length) {
+  const double radius = corner_radius(walk), arc = radius * kTurn / 4;
+  length = std::fmod(length, walk.lap_length());
+  Footprint at{{kWest + radius, 0, kSouth}, {1, 0, 0}};
+  for (int side = 0;; ++side) {
+    const double straight = side_length(walk, side);
+    const Eigen::Vector3d left(-at.along.z(), 0, at.along.x());
+    const double turned = std::clamp((length - straight) / radius, 0.0, kTurn / 4);
+    at.centre += std::min(length, straight) * at.along +
+                 radius * (std::sin(turned) * at.along + (1 - std::cos(turned)) * left);
+    at.along = std::cos(turned) * at.along + std::sin(turned) * left;
+    length -= straight + arc;
+    if (length <= 0) return at;
+  }
+}
+
 Eigen::Quaterniond turn(double angle, const Eigen::Vector3d& axis) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis));
 }
@@ -37,17 +81,21 @@ Eigen::Quaterniond turn(double angle, const Eigen::Vector3d& axis) {
 }  // namespace
 
 double Walk::lap_length() const {
-  return arc_length(*this, kTurn);
+  if (path == Path::kEllipse) return arc_length(*this, kTurn);
+  return 2 * (side_length(*this, 0) + side_length(*this, 1)) + kTurn * corner_radius(*this);
+}
+
+TurnTimes first_turn(const Walk& walk) {
+  const double begin = side_length(walk, 0) / walk.speed;
+  return {begin, begin + corner_radius(walk) * kTurn / 4 / walk.speed};
 }
 
 Rigid3 Walk::world_from_camera(double seconds) const {
-  const double angle = angle_at(*this, speed * seconds);
+  const auto [centre, along] = path == Path::kEllipse ? on_ellipse(*this, speed * seconds)
+                                                      : on_rectangle(*this, speed * seconds);
   const auto wave = [seconds](double hertz, double phase) {
     return std::sin(kTurn * hertz * seconds + phase);
   };
-  const Eigen::Vector3d centre(half_east * std::sin(angle), 0, -half_north * std::cos(angle));
-  const Eigen::Vector3d along =
-      Eigen::Vector3d(half_east * std::cos(angle), 0, half_north * std::sin(angle)).normalized();
   const Eigen::Vector3d left(-along.z(), 0, along.x());  // inwards
 
   // Two steps a second bob the body, one weight shift a second sways it; the hand wanders slowly.
@@ -57,9 +105,9 @@ Rigid3 Walk::world_from_camera(double seconds) const {
   const double heading = std::atan2(along.x(), along.z());  // about y (down), from north to east
   const double yaw = heading - 0.25 + 0.14 * wave(0.1, 0.8) + 0.012 * wave(0.95, 1.3);
   const double pitch = -0.02 + 0.035 * wave(0.21, 0.3) + 0.008 * wave(1.9, 0.9);
-  const double roll = 0.03 * wave(0.16, 1.9) + 0.012 * wave(0.95, 0);
+  const double lean = 0.03 * wave(0.16, 1.9) + 0.012 * wave(0.95, 0) + roll * wave(0.05, 0);
   pose.rotation = turn(yaw, Eigen::Vector3d::UnitY()) * turn(pitch, Eigen::Vector3d::UnitX()) *
-                  turn(roll, Eigen::Vector3d::UnitZ());
+                  turn(lean, Eigen::Vector3d::UnitZ());
   return pose;
 }
 

@@ -1,19 +1,34 @@
 // A walk with a hand-held camera around a closed loop.
 #pragma once
 
+#include <cstdint>
+
 #include "geometry/rigid3.h"
 
 namespace eifmap::simulation {
 
+enum class Path : std::uint8_t {
+  kEllipse,    // around the yard's middle
+  kRectangle,  // straight, with a turn by 90 degrees in half a second at each corner
+};
+
 struct Walk {
+  Path path = Path::kEllipse;
   double half_east = 7.5, half_north = 5.2;  // m, of the ellipse
   double eye_height = 1.6;                   // m
-  double speed = 2.15;                       // m/s along the ellipse
+  double speed = 2.15;                       // m/s along the path
+  double roll = 0;                           // rad, how far the camera is slowly rolled either way
 
-  double lap_length() const;  // m, along the ellipse
+  double lap_length() const;  // m, along the path
 
   // World x east, y down, z north; starts in the south, heading east. `seconds` >= 0.
   Rigid3 world_from_camera(double seconds) const;
 };
+
+// Of the rectangle: when its first turn begins and ends.
+struct TurnTimes {
+  double begin = 0, end = 0;  // s
+};
+TurnTimes first_turn(const Walk& walk);
 
 }  // namespace eifmap::simulation

@@ -6,33 +6,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "support/dense_system.h"
 #include "support/filter_world.h"
 
 namespace eifmap::test {
 namespace {
-
-// The whole information matrix over poses (but the first) and landmarks, summed measurement by
-// measurement as [WD10] (7) says, with nothing eliminated.
-struct Dense {
-  Eigen::MatrixXd information;
-  Eigen::VectorXd right_side;
-};
-
-Dense dense_system(const InformationFilter& filter) {
-  const int num_landmarks = filter.num_landmarks();
-  const int n = 6 * (filter.num_poses() - 1), size = n + 3 * num_landmarks;
-  Dense dense{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
-  for (int l = 0; l < num_landmarks; ++l) {
-    for (const PointMeasurement& m : filter.landmark(l).measurements) {
-      Eigen::MatrixXd h = Eigen::MatrixXd::Zero(2, size);
-      if (m.pose > 0) h.middleCols<6>(6 * (m.pose - 1)) = m.d_pose;
-      h.middleCols<3>(n + 3 * l) = m.d_landmark;
-      dense.information += h.transpose() * h;
-      dense.right_side += h.transpose() * m.residual;
-    }
-  }
-  return dense;
-}
 
 TEST(InformationFilter, FindsTheTruthWithoutNoise) {
   FilterWorldOptions options;
@@ -150,15 +128,57 @@ TEST(InformationFilter, ARelativePoseEdgeBringsInformation) {
 }
 
 TEST(InformationFilter, FollowsTheEquationToTheLetterWhenNeverLinearizedAgain) {
-  FilterOptions never;
-  never.relinearize_px = 1e9;
-  never.gate_sigma = 1e9;
-  FilterWorld world = make_filter_world({.num_poses = 5, .num_points = 40, .seed = 11}, never);
+  FilterOptions once;
+  once.relinearize = Relinearize::kOnce;
+  once.gate_sigma = 1e9;
+  FilterWorld world = make_filter_world({.num_poses = 5, .num_points = 40, .seed = 11}, once);
+  RelativePose edge;
+  const Rigid3 i_from_j = world.poses[2].inverse() * world.poses[3];
+  edge.i_from_j = i_from_j.rotation;
+  edge.direction = i_from_j.translation.normalized();
+  edge.covariance = 1e-4 * Eigen::Matrix<double, 5, 5>::Identity();
+  ASSERT_TRUE(world.filter.add_edge(2, 3, edge));
   EXPECT_EQ(world.filter.update().iterations, 1);
-  const Rigid3 once = world.filter.pose(4);
+  const Rigid3 mean = world.filter.pose(4);
   // No new measurement: the mean is where (7) puts it, and stays.
   world.filter.update();
-  EXPECT_LT(pose_error(once, world.filter.pose(4)).norm(), 1e-8);
+  EXPECT_LT(pose_error(mean, world.filter.pose(4)).norm(), 1e-8);
+
+  // A new one moves the mean, and no Jacobian that was taken before.
+  const Eigen::Matrix<double, 2, 6> before = world.filter.landmark(0).measurements[0].d_pose;
+  const int landmark = world.filter.add_landmark(world.points[0] + Eigen::Vector3d(0.3, 0, 0),
+                                                 Eigen::Matrix3d::Identity());
+  for (int p = 0; p < 5; ++p) {
+    Eigen::Vector2d x;
+    ASSERT_TRUE(project(world.poses[p], world.points[0], x));
+    world.filter.add_measurement(landmark, p, x + Eigen::Vector2d(0.01 * p, 0), 0.0002);
+  }
+  EXPECT_EQ(world.filter.update().iterations, 1);
+  EXPECT_GT(pose_error(mean, world.filter.pose(4)).norm(), 1e-5);
+  EXPECT_EQ(before, world.filter.landmark(0).measurements[0].d_pose);
+  EXPECT_LT(pose_right_side(world.filter, world.poses[1].translation).norm(),
+            1e-9 * dense_system(world.filter).scale());
+}
+
+TEST(InformationFilter, LinearizingAlwaysEndsAtTheLeastCost) {
+  // From a poor start the mean of the first linearization is not the least-squares one.
+  FilterWorldOptions poor{.num_poses = 6, .num_points = 80, .start_error = 0.08, .seed = 19};
+  FilterOptions options;
+  options.gate_sigma = 1e9;
+  options.max_iterations = 30;
+  const auto cost = [&](Relinearize policy) {
+    options.relinearize = policy;
+    FilterWorld world = make_filter_world(poor, options);
+    world.filter.update();
+    double error = 0;
+    for (int l = 0; l < world.filter.num_landmarks(); ++l)
+      for (const PointMeasurement& m : world.filter.landmark(l).measurements)
+        error += std::pow(world.filter.error(l, m), 2);
+    return error;
+  };
+  const double once = cost(Relinearize::kOnce), always = cost(Relinearize::kAlways);
+  EXPECT_LT(always, 0.95 * once);
+  EXPECT_LT(std::abs(cost(Relinearize::kThreshold) - always), 0.01 * always);
 }
 
 TEST(InformationFilter, ALandmarkBehindItsCamerasCostsOnlyItself) {

@@ -68,7 +68,7 @@ TEST(Camera, ProblemNamesTheFieldThatIsWrong) {
   EXPECT_NE(problem([](Camera& c) { c.cy = kNan; }).find("cy"), std::string::npos);
   EXPECT_NE(problem([](Camera& c) { c.distortion[4] = kNan; }).find("distortion"),
             std::string::npos);
-  EXPECT_NE(problem([](Camera& c) { c.model = CameraModel::kFisheye; }).find("model"),
+  EXPECT_NE(problem([](Camera& c) { c.model = static_cast<CameraModel>(3); }).find("model"),
             std::string::npos);
 }
 

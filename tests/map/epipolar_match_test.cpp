@@ -18,8 +18,8 @@ struct Pair {
 
 Pair match_views(const SyntheticStream& world, const Rigid3& pose_i, const Rigid3& pose_j) {
   Pair pair{observed_view(world, 0, pose_i), observed_view(world, 1, pose_j), {}};
-  pair.matches = match_along_epipolar_lines(pair.i, pair.i.omega_m.index, pair.j,
-                                            pair.j.omega_m.index, pose_i, pose_j, {});
+  pair.matches = match_along_epipolar_lines(pair.i, pair.i.minus.index, pair.j, pair.j.minus.index,
+                                            pose_i, pose_j, {});
   return pair;
 }
 
@@ -38,15 +38,14 @@ TEST(EpipolarMatch, GivesPointsInFrontOfBothCameras) {
   const SyntheticStream world(5);
   const MapperOptions options;
   const auto view = [&](int i) {
-    return observe(world.view(i, scene_pose(i), 0.5), synthetic_camera(), options.map_sign,
+    return observe(world.view(i, scene_pose(i), 0.5), synthetic_camera(), MapSign::kMinus,
                    options.sigma_factor);
   };
   int found = 0;
   for (int k = 1; k < 8; ++k) {
     const ObservedFrame i = view(0), j = view(k);
-    for (const Match& m :
-         match_along_epipolar_lines(i, i.omega_m.index, j, j.omega_m.index, scene_pose(0),
-                                    scene_pose(k), {50, 0.8, 0.6})) {
+    for (const Match& m : match_along_epipolar_lines(
+             i, i.minus.index, j, j.minus.index, scene_pose(0), scene_pose(k), {50, 0.8, 0.6})) {
       const Rigid3 j_from_i = scene_pose(k).inverse() * scene_pose(0);
       const Eigen::Vector3d ray_j = j.x[m.b].homogeneous();
       const Eigen::Vector3d ray_i = j_from_i.rotation * i.x[m.a].homogeneous();
@@ -76,14 +75,14 @@ TEST(EpipolarMatch, FindsNothingAlongWrongLines) {
   // As if the camera had moved upwards: the lines run across the true motion.
   const Rigid3 wrong({1, 0, 0, 0}, {0, 1, 0});
   const auto matches =
-      match_along_epipolar_lines(i, i.omega_m.index, j, j.omega_m.index, scene_pose(0), wrong, {});
+      match_along_epipolar_lines(i, i.minus.index, j, j.minus.index, scene_pose(0), wrong, {});
   EXPECT_LT(matches.size(), 15u);
 }
 
 TEST(EpipolarMatch, RefusesCoincidingCentres) {
   const SyntheticStream world;
   const ObservedFrame i = observed_view(world, 0, scene_pose(0));
-  EXPECT_THROW(match_along_epipolar_lines(i, i.omega_m.index, i, i.omega_m.index, scene_pose(0),
+  EXPECT_THROW(match_along_epipolar_lines(i, i.minus.index, i, i.minus.index, scene_pose(0),
                                           scene_pose(0), {}),
                std::invalid_argument);
 }

@@ -1,6 +1,8 @@
 // A client that adds up the updates holds the map.
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <map>
 
 #include "mapper.h"
@@ -25,8 +27,18 @@ TEST(MapNews, UpdatesAddUpToTheMap) {
     EXPECT_EQ(update.base_seq, seq);
     EXPECT_GT(update.seq, seq);
     seq = update.seq;
-    for (const KeyframeView& k : update.keyframes) keyframes[k.id] = k;
-    for (const LandmarkView& l : update.landmarks) landmarks[l.id] = l;
+    for (const KeyframeView& k : update.keyframes) {
+      keyframes[k.id] = k;
+      // The first keyframe is the map's frame; of all others something is unknown, and said.
+      const Eigen::VectorXd values =
+          Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>>(k.covariance).eigenvalues();
+      EXPECT_EQ(k.id == 0, !(values[5] > 0)) << k.id;
+      EXPECT_GT(values[0], -1e-9 * values[5] - 1e-30) << k.id;
+    }
+    for (const LandmarkView& l : update.landmarks) {
+      landmarks[l.id] = l;
+      EXPECT_GT(l.covariance.llt().matrixL().determinant(), 0) << l.id;
+    }
     for (const std::int64_t id : update.removed_landmarks) EXPECT_EQ(landmarks.erase(id), 1u);
     for (const ObservationView& o : update.observations) {
       EXPECT_TRUE(keyframes.contains(o.keyframe));

@@ -29,7 +29,7 @@ TEST(RelativeEdge, SpendsEachMeasurementOnceAndOnlyOmegaP) {
   for (int k = 0; k < 4; ++k)
     for (std::size_t i = 0; i < map.keyframe(k).spent.size(); ++i)
       if (map.keyframe(k).spent[i]) {
-        EXPECT_EQ(map.keyframe(k).observed.frame.keypoints[i].laplacian_sign, -options.map_sign);
+        EXPECT_EQ(map.keyframe(k).observed.frame.keypoints[i].laplacian_sign, 1);
       }
   EXPECT_EQ(map.filter().num_edges(), 2);
 }
@@ -37,10 +37,10 @@ TEST(RelativeEdge, SpendsEachMeasurementOnceAndOnlyOmegaP) {
 TEST(RelativeEdge, OfferedTheSameMatchesAgainTakesOthers) {
   const SyntheticStream world;
   Map map = make_scene(world, 2);
-  EdgeOptions options;
-  options.min_measurements = 20;
+  MapperOptions options;
+  options.edge.min_measurements = 20;
   const ObservedFrame &i = map.keyframe(0).observed, &j = map.keyframe(1).observed;
-  const std::vector<Match> matches = match(i.omega_p, j.omega_p, {});
+  const std::vector<Match> matches = match_omega_p(i, j, {});
   const Rigid3 i_from_j = scene_pose(0).inverse() * scene_pose(1);
   RelativePose start;
   start.i_from_j = i_from_j.rotation;
@@ -49,7 +49,7 @@ TEST(RelativeEdge, OfferedTheSameMatchesAgainTakesOthers) {
   const int first = spent(map, 0);
   ASSERT_LT(first, static_cast<int>(matches.size()));
   if (add_edge(map, 0, 1, matches, start, options)) {
-    EXPECT_GE(spent(map, 0), first + options.min_measurements);
+    EXPECT_GE(spent(map, 0), first + options.edge.min_measurements);
   } else {
     EXPECT_EQ(spent(map, 0), first);
   }

@@ -57,6 +57,16 @@ TEST(RoundTrip, Camera) {
   EXPECT_EQ(decoded.value.camera.distortion, camera.camera.distortion);
 }
 
+TEST(RoundTrip, FisheyeCamera) {
+  NamedCamera camera = samples::camera();
+  camera.camera.model = CameraModel::kFisheye;
+  camera.camera.distortion = {-0.01, 0.004, -0.001, 0.0002, 0};
+  const Decoded<NamedCamera> decoded = decode_camera(encode(to_message(camera)));
+  ASSERT_TRUE(decoded.ok()) << decoded.detail;
+  EXPECT_EQ(decoded.value.camera.model, CameraModel::kFisheye);
+  EXPECT_EQ(decoded.value.camera.id(), camera.camera.id());
+}
+
 TEST(RoundTrip, Image) {
   const ImageMessage image = samples::image();
   const Decoded<ImageMessage> decoded = decode_image(encode(to_message(image)));
@@ -103,7 +113,11 @@ TEST(RoundTrip, MapPart) {
   EXPECT_EQ(back.base_seq, update.base_seq);
   ASSERT_EQ(back.keyframes.size(), update.keyframes.size());
   expect_same_pose(back.keyframes[2].map_from_camera, update.keyframes[2].map_from_camera);
+  EXPECT_TRUE(back.keyframes[2].covariance.array().isNaN().all());  // unknown stays unknown
+  EXPECT_EQ(back.keyframes[1].covariance, update.keyframes[1].covariance);
   ASSERT_EQ(back.landmarks.size(), update.landmarks.size());
+  EXPECT_TRUE(back.landmarks[39].covariance.array().isNaN().all());
+  EXPECT_EQ(back.landmarks[1].covariance, update.landmarks[1].covariance);
   EXPECT_EQ(back.landmarks[39].position_in_anchor, update.landmarks[39].position_in_anchor);
   EXPECT_EQ(back.observations.size(), update.observations.size());
 }

@@ -98,6 +98,14 @@ inline MapUpdate map_update(int keyframes, int landmarks, std::int64_t base_seq,
                                 Eigen::Vector3d(0.5 * i, -0.25 * i, 4), i % 2 == 0 ? 1 : -1, 3});
     update.observations.push_back({first_id + i % keyframes, first_id + i, 1.5f * (i % 400), 7});
   }
+  // Known of one of each kind; values that a float holds exactly.
+  const auto symmetric = []<int N>(Eigen::Matrix<double, N, N>& m) {
+    for (int row = 0; row < N; ++row)
+      for (int column = 0; column < N; ++column)
+        m(row, column) = (row == column ? 4.0 : 0.125 * (row + column + row * column));
+  };
+  if (keyframes > 1) symmetric(update.keyframes[1].covariance);
+  if (landmarks > 1) symmetric(update.landmarks[1].covariance);
   return update;
 }
 

@@ -19,6 +19,7 @@ using test::two_views;
 using test::TwoViews;
 
 constexpr double kDegree = M_PI / 180;
+constexpr auto kLinear = RelativePoseCovariance::kLinear;
 const Eigen::Quaterniond kTurn = so3_exp({0.02, -0.05, 0.01});
 
 RelativePoseResult estimate(const TwoViews& views) {
@@ -147,7 +148,7 @@ TEST_P(RelativePoseCovarianceOn, IsHonest) {
     pose.i_from_j = kTurn * so3_exp({0.01, -0.01, 0.005});
     pose.direction = sphere_retract(GetParam().step.normalized(), {0.05, -0.05});
     std::vector<std::uint8_t> inlier;
-    ASSERT_TRUE(refine_relative_pose(views.matches, pose, inlier));
+    ASSERT_TRUE(refine_relative_pose(views.matches, pose, inlier, kLinear));
     sum += nees(pose, views);
   }
   EXPECT_GT(sum / kSeeds, GetParam().low);
@@ -210,13 +211,13 @@ TEST(RelativePose, TakesOnlyTheMatchesItMay) {
   RelativePose pose = estimate(views).pose;
   std::vector<std::uint8_t> inlier(views.matches.size(), 0);
   for (std::size_t k = 0; k < inlier.size(); k += 2) inlier[k] = 1;
-  ASSERT_TRUE(refine_relative_pose(views.matches, pose, inlier));
+  ASSERT_TRUE(refine_relative_pose(views.matches, pose, inlier, kLinear));
   for (std::size_t k = 1; k < inlier.size(); k += 2) EXPECT_EQ(inlier[k], 0);
   EXPECT_GT(std::count(inlier.begin(), inlier.end(), 1), 95);
 
   std::vector<std::uint8_t> seven(views.matches.size(), 0);
   std::fill_n(seven.begin(), 7, 1);
-  EXPECT_FALSE(refine_relative_pose(views.matches, pose, seven));
+  EXPECT_FALSE(refine_relative_pose(views.matches, pose, seven, kLinear));
 }
 
 TEST(RelativePose, IsTheSameEveryTime) {

@@ -94,6 +94,50 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"ShortStep", {0.3, 0, 0}, 1, 0.3}),
     [](const auto& test) { return std::string(test.param.name); });
 
+// Fits within 10 % of the truth, of 100.
+int good_fits(const StepOptions& options, ScaleFitMethod method) {
+  ScaleFitOptions fit_options;
+  fit_options.method = method;
+  int good = 0;
+  for (int seed = 1; seed <= 100; ++seed)
+    good += within_ten_percent(fit(make_step(options, seed), fit_options), options);
+  return good;
+}
+
+// [WD10] III-D is as good as the votes with few outliers, and breaks down where they do not.
+TEST(ScaleFit, ThePlainFitBreaksDownWhereTheVotesDoNot) {
+  for (const Eigen::Vector3d& step : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 0, 1)}) {
+    const bool forward = step.z() > 0;
+    // The last step was a fifth longer.
+    StepOptions options{.step = step, .guess_length = 1.2};
+    int plain[3];
+    for (int k = 0; k < 3; ++k) {
+      options.scene.outliers = 0.3 + 0.2 * k;
+      plain[k] = good_fits(options, ScaleFitMethod::kPlain);
+      EXPECT_GE(good_fits(options, ScaleFitMethod::kVote), 97) << forward << ' ' << k;
+    }
+    RecordProperty(
+        forward ? "forward" : "sideways",
+        std::to_string(plain[0]) + " " + std::to_string(plain[1]) + " " + std::to_string(plain[2]));
+    EXPECT_GE(plain[0], 98) << forward;
+    EXPECT_LE(plain[1], 95) << forward;
+    EXPECT_LE(plain[2], 40) << forward;
+  }
+}
+
+TEST(ScaleFit, PlainlyConvergesOnExactData) {
+  StepOptions options{.guess_length = 1.5};
+  options.rotation_error_deg = options.direction_error_deg = 0;
+  options.scene.noise_px = 0;
+  ScaleFitOptions plain;
+  plain.method = ScaleFitMethod::kPlain;
+  const Step s = make_step(options, 2);
+  const ScaleFit result = fit(s, plain);
+  EXPECT_TRUE(result.ok());
+  EXPECT_NEAR(result.baseline, 1, 1e-6);
+  EXPECT_EQ(result.runner_up, 0);
+}
+
 // [WD10] (3)-(5): 0 is the guess, 1 did not move, above 1 the direction had the wrong sign.
 TEST(ScaleFit, MeansByDWhatThePaperMeans) {
   StepOptions options;

@@ -67,6 +67,22 @@ TEST_F(RecordedSequenceTest, ReadsDistortionAndTruth) {
   ASSERT_EQ(opened.sequence->ground_truth().size(), 1u);
 }
 
+TEST_F(RecordedSequenceTest, ReadsTheModel) {
+  const auto model_of = [this](const std::string& rest) {
+    folder_.write("calib.json",
+                  R"({"width": 64, "height": 48, "fx": 50, "fy": 50, "cx": 32, "cy": 24, )" + rest);
+    const CameraFile file = read_camera(folder_.path() / "calib.json");
+    EXPECT_EQ(file.problem, "");
+    return file.camera.model;
+  };
+  EXPECT_EQ(model_of(R"("model": "fisheye", "distortion": [0.01, 0.002, 0, 0]})"),
+            CameraModel::kFisheye);
+  EXPECT_EQ(model_of(R"("model": "fisheye"})"), CameraModel::kFisheye);
+  EXPECT_EQ(model_of(R"("model": "pinhole", "distortion": [0, 0]})"), CameraModel::kPinhole);
+  EXPECT_EQ(model_of(R"("model": "radial_tangential", "distortion": [-0.1]})"),
+            CameraModel::kRadialTangential);
+}
+
 TEST_F(RecordedSequenceTest, SaysWhichFileAndValueIsWrong) {
   folder_.write("times.txt", "1\n2\n");
   expect_problem("times.txt: has 2 times for 3 images");
@@ -94,6 +110,14 @@ TEST_F(RecordedSequenceTest, SaysWhatIsWrongWithTheCalibration) {
                 R"({"width": 64, "height": 48, "fx": 50, "fy": 50, "cx": 1, "cy": 1,
                     "distortion": [1, "two"]})");
   expect_problem("'distortion' is");
+  const std::string numbers =
+      R"({"width": 64, "height": 48, "fx": 50, "fy": 50, "cx": 1, "cy": 1,)";
+  folder_.write("calib.json", numbers + R"("model": "double_sphere"})");
+  expect_problem("'model' is \"double_sphere\"");
+  folder_.write("calib.json", numbers + R"("model": "pinhole", "distortion": [0.1]})");
+  expect_problem("'model' is pinhole");
+  folder_.write("calib.json", numbers + R"("model": "fisheye", "distortion": [0, 0, 0, 0, 0.1]})");
+  expect_problem("a fisheye has k1 k2 k3 k4");
 }
 
 TEST_F(RecordedSequenceTest, BadImagesAreSentencesToo) {

@@ -70,7 +70,7 @@ TEST(Config, WhatIsPrintedReadsBack) {
   config.input = InputMode::kLossless;
   config.calibration = Camera{640, 480, CameraModel::kRadialTangential, 500.1, 501.2,
                               320, 240, {0.1, -0.2, 0.001, 0, 0.3}};
-  config.mapper.map_sign = 1;
+  config.mapper.map_sign = MapSignChoice::kPlus;
   config.mapper.edge.enabled = false;
   config.mapper.scale_fit.max_relative_sigma = 0.1234567890123456789;
   const ParsedConfig parsed = parse_config(config_text(config));

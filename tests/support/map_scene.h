@@ -9,7 +9,7 @@ namespace eifmap::test {
 inline ObservedFrame observed_view(const SyntheticStream& world, int i,
                                    const Rigid3& world_from_camera) {
   const MapperOptions options;
-  return observe(world.view(i, world_from_camera), synthetic_camera(), options.map_sign,
+  return observe(world.view(i, world_from_camera), synthetic_camera(), MapSign::kMinus,
                  options.sigma_factor);
 }
 

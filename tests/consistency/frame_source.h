@@ -1,0 +1,41 @@
+// Feature frames with true poses: of the feature-level worlds, of the rendered courtyard, of a
+// recorded folder.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "frame.h"
+#include "geometry/camera.h"
+#include "geometry/rigid3.h"
+
+namespace eifmap::test {
+
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  virtual int size() const = 0;
+  virtual const Camera& camera() const = 0;
+  virtual std::int64_t time_us(int i) const = 0;
+  virtual std::optional<Rigid3> world_from_camera(int i) const = 0;
+  virtual FeatureFrame frame(int i) const = 0;  // throws std::runtime_error when it cannot be read
+};
+
+struct SourceOptions {
+  std::string world = "sideways";  // sideways, forward, loop; lap, turn (rendered); or a folder
+  int frames = 0;                  // the first so many; 0: as many as make the world's way
+  int every = 1;                   // take every n-th
+  double wrong_share = 0.05;       // of the feature-level worlds' keypoints
+  double noise_px = 0.5;           // of the feature-level worlds' keypoints
+  // Rendered images are kept here as files and read the next time; empty: always rendered. To be
+  // emptied by hand when the simulation changes.
+  std::filesystem::path cache;
+};
+
+// `seed`: of the world; of a recorded folder, of 0.05 px of noise added to its keypoints, 0 none.
+// Throws std::invalid_argument or std::runtime_error with a sentence.
+std::unique_ptr<FrameSource> make_source(const SourceOptions& options, int seed);
+
+}  // namespace eifmap::test

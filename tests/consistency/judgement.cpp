@@ -1,0 +1,103 @@
+#include "consistency/judgement.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <map>
+
+#include "mapper.h"
+
+namespace eifmap::test {
+namespace {
+
+double nees_of_part(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
+  return error.dot(covariance.llt().solve(error));
+}
+
+JudgedPose judge(std::int64_t time_us, const Rigid3& estimate, const PoseMatrix& covariance,
+                 const Rigid3& truth) {
+  JudgedPose judged;
+  judged.time_us = time_us;
+  judged.truth = truth.translation;
+  judged.error = pose_error(estimate, truth);
+  judged.covariance = covariance;
+  judged.nees = nees(judged.error, covariance);
+  judged.nees_centre = nees_of_part(judged.error.head<3>(), covariance.topLeftCorner<3, 3>());
+  judged.nees_rotation = nees_of_part(judged.error.tail<3>(), covariance.bottomRightCorner<3, 3>());
+  return judged;
+}
+
+class Judge {
+ public:
+  explicit Judge(const FrameSource& source) {
+    for (int i = 0; i < source.size(); ++i)
+      if (const auto pose = source.world_from_camera(i)) truth_.emplace(source.time_us(i), *pose);
+  }
+
+  // A map has begun: its first update is the whole of it.
+  void begin_map(const MapUpdate& update) {
+    const KeyframeView &first = update.keyframes.at(0), &second = update.keyframes.at(1);
+    begun_at_ = second.time_us;
+    truth_in_map_.reset();
+    const auto a = truth_.find(first.time_us), b = truth_.find(second.time_us);
+    if (a != truth_.end() && b != truth_.end())
+      truth_in_map_.emplace(a->second, b->second, second.map_from_camera.translation);
+  }
+
+  std::optional<JudgedPose> operator()(std::int64_t time_us, const Rigid3& estimate,
+                                       const PoseMatrix& covariance) const {
+    const auto truth = truth_.find(time_us);
+    if (!truth_in_map_ || time_us <= begun_at_ || truth == truth_.end()) return std::nullopt;
+    return judge(time_us, estimate, covariance, (*truth_in_map_)(truth->second));
+  }
+
+  double scale() const { return truth_in_map_ ? truth_in_map_->scale() : 0; }
+
+ private:
+  std::map<std::int64_t, Rigid3> truth_;
+  std::optional<TruthInMap> truth_in_map_;
+  std::int64_t begun_at_ = 0;
+};
+
+}  // namespace
+
+JudgedRun judge_run(const FrameSource& source, const MapperOptions& options, int every) {
+  JudgedRun run;
+  Judge judged(source);
+  Mapper mapper(source.camera(), options);
+  for (int i = 0; i < source.size(); i += every) {
+    const FrameResult result = mapper.process(source.frame(i));
+    ++run.frames;
+    run.tracked += result.state == TrackingState::kTracking;
+    if (result.source == PoseSource::kStartSet) judged.begin_map(mapper.map_update());
+    run.results.push_back(result);
+    if (result.covariance_status == CovarianceStatus::kNone) continue;
+    if (auto pose = judged(result.time_us, result.map_from_camera, result.covariance)) {
+      pose->map_id = result.map_id;
+      run.published.push_back(*pose);
+    }
+  }
+  for (const KeyframeEstimate& keyframe : mapper.keyframe_estimates()) {
+    if (keyframe.covariance_status == CovarianceStatus::kNone) continue;
+    if (auto pose = judged(keyframe.time_us, keyframe.map_from_camera, keyframe.covariance))
+      run.keyframes.push_back(*pose);
+  }
+  run.statistics = mapper.statistics();
+  run.scale = judged.scale();
+  return run;
+}
+
+std::optional<double> mean_nees(const std::vector<JudgedPose>& poses) {
+  if (poses.empty()) return std::nullopt;
+  double sum = 0;
+  for (const JudgedPose& pose : poses) sum += pose.nees;
+  return sum / static_cast<double>(poses.size());
+}
+
+double share_within_three_sigma(const std::vector<JudgedPose>& poses) {
+  constexpr double kLimit = 20.062;  // chi-square of 6 degrees of freedom, 99.73 %
+  const auto within = std::count_if(poses.begin(), poses.end(),
+                                    [](const JudgedPose& pose) { return pose.nees <= kLimit; });
+  return poses.empty() ? 0 : static_cast<double>(within) / static_cast<double>(poses.size());
+}
+
+}  // namespace eifmap::test

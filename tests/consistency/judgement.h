@@ -1,0 +1,47 @@
+// One run of the mapper, judged against the truth: how large its errors are next to what its
+// covariances say.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "consistency/frame_source.h"
+#include "map_view.h"
+#include "options.h"
+#include "sequence/consistency.h"
+
+namespace eifmap::test {
+
+// An estimated pose next to the true one, both in the map's gauge.
+struct JudgedPose {
+  std::int64_t time_us = 0;
+  std::int64_t map_id = 0;
+  Eigen::Vector3d truth = Eigen::Vector3d::Zero();  // centre, map
+  PoseVector error = PoseVector::Zero();            // (centre, rotation)
+  PoseMatrix covariance = PoseMatrix::Zero();
+  double nees = 0;           // of 6 degrees of freedom
+  double nees_centre = 0;    // of 3, the rotation's share left open
+  double nees_rotation = 0;  // of 3
+};
+
+struct JudgedRun {
+  int frames = 0, tracked = 0;
+  MapperStatistics statistics;
+  // As published, frame by frame, and the keyframes as they are at the end. Without those that the
+  // gauge holds: keyframe 0 is the origin by definition, and keyframe 1 is not free to move along
+  // the first baseline.
+  std::vector<JudgedPose> published, keyframes;
+  std::vector<FrameResult> results;  // of all frames
+  double scale = 0;                  // map units per unit of the truth, of the last map
+};
+
+JudgedRun judge_run(const FrameSource& source, const MapperOptions& options, int every = 1);
+
+// Mean NEES of poses; nothing when there are none.
+std::optional<double> mean_nees(const std::vector<JudgedPose>& poses);
+
+// Share of the poses whose truth is within the 6-dimensional ellipsoid that a Gaussian fills to
+// 99.73 %, as 3 sigma does in one dimension: NEES <= 20.062.
+double share_within_three_sigma(const std::vector<JudgedPose>& poses);
+
+}  // namespace eifmap::test

@@ -1,0 +1,65 @@
+// The filter's information matrix formed whole, as an oracle.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "filter/information_filter.h"
+
+namespace eifmap::test {
+
+// The whole information matrix over poses (but the first) and landmarks, summed measurement by
+// measurement as [WD10] (7) says, with nothing eliminated.
+struct Dense {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd right_side;
+  int pose_size = 0;  // landmarks begin there
+
+  double scale() const { return information.diagonal().norm(); }
+};
+
+inline Dense dense_system(const InformationFilter& filter) {
+  const int num_landmarks = filter.num_landmarks();
+  const int n = 6 * (filter.num_poses() - 1), size = n + 3 * num_landmarks;
+  Dense dense{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), n};
+  for (int l = 0; l < num_landmarks; ++l) {
+    for (const PointMeasurement& m : filter.landmark(l).measurements) {
+      Eigen::MatrixXd h = Eigen::MatrixXd::Zero(2, size);
+      if (m.pose > 0) h.middleCols<6>(6 * (m.pose - 1)) = m.d_pose;
+      h.middleCols<3>(n + 3 * l) = m.d_landmark;
+      dense.information += h.transpose() * h;
+      dense.right_side += h.transpose() * m.residual;
+    }
+  }
+  for (const FilterEdge& edge : filter.edges()) {
+    Eigen::MatrixXd h = Eigen::MatrixXd::Zero(5, size);
+    if (edge.i > 0) h.middleCols<6>(6 * (edge.i - 1)) = edge.linearization.d_i;
+    if (edge.j > 0) h.middleCols<6>(6 * (edge.j - 1)) = edge.linearization.d_j;
+    dense.information += h.transpose() * h;
+    dense.right_side += h.transpose() * edge.linearization.residual;
+  }
+  return dense;
+}
+
+// What is left of the right side once the gauge's direction, which may keep some, is taken out.
+inline Eigen::VectorXd pose_right_side(const InformationFilter& filter,
+                                       const Eigen::Vector3d& gauge_direction) {
+  const Dense dense = dense_system(filter);
+  Eigen::VectorXd right_side = dense.right_side;
+  const Eigen::Vector3d u = gauge_direction.normalized();
+  right_side.segment<3>(3) -= u * u.dot(right_side.segment<3>(3));
+  return right_side;
+}
+
+// The inverse of the whole matrix with the scale held: all covariances at once.
+inline Eigen::MatrixXd dense_covariance(const InformationFilter& filter,
+                                        const Eigen::Vector3d& gauge_direction) {
+  Dense dense = dense_system(filter);
+  const Eigen::Vector3d u = gauge_direction.normalized();
+  const double firm = 1e6 * dense.information.block<3, 3>(3, 3).trace();
+  dense.information.block<3, 3>(3, 3) += firm * u * u.transpose();
+  const auto size = dense.information.rows();
+  return dense.information.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+}
+
+}  // namespace eifmap::test
