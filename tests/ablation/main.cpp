@@ -1,6 +1,9 @@
 // ablation: what each part of the method is worth, as a page of tables.
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdlib>
+#include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -90,6 +93,10 @@ int main(int argc, char** argv) {
   CLI::App app("What each part of the method is worth: every row's runs, as a page of tables.");
   Options options;
   app.add_option("--seeds", options.run.seeds, "runs of each row, with noise of their own")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--slow-seeds", options.run.slow_seeds,
+                 "at most, of rows with the Unscented covariance, which take 20 times as long")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--rows", options.rows, "only rows whose \"group: name\" holds this text");

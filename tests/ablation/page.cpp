@@ -83,9 +83,20 @@ std::string header_text(const Results& results) {
   return names + '\n' + rule + '\n';
 }
 
+std::string seeds_text(size_t seeds) {
+  return std::to_string(seeds) + (seeds == 1 ? " seed" : " seeds");
+}
+
+// Slow rows have been run less often, and say so.
+std::string fewer_seeds(const Results& results, size_t row) {
+  if (results.recordings.empty()) return "";
+  const size_t seeds = results.recordings[0].outcomes.at(row).size();
+  return seeds == static_cast<size_t>(results.seeds) ? "" : " (" + seeds_text(seeds) + ')';
+}
+
 std::string row_text(const Results& results, size_t row) {
-  std::string line = "| " + results.rows[row].name + " | ";
-  line += rate_text(results.rows[row].every) + " |";
+  std::string line = "| " + results.rows[row].name;
+  line += fewer_seeds(results, row) + " | " + rate_text(results.rows[row].every) + " |";
   for (const RecordingResult& recording : results.recordings) {
     const std::span<const Outcome> outcomes = recording.outcomes.at(row);
     line += ' ' + error_cell(outcomes) + " | " + coverage_cell(outcomes) + " |";
@@ -103,8 +114,8 @@ std::string what_was_run(const Results& results) {
         << recording.images << (recording.truth_is_exact ? " rendered" : " recorded") << " images)";
   for (const std::string& name : results.skipped) out << "; " << name << ": skipped, not there";
   out << ". Each run has " << text(kJitterPx, 2)
-      << " px of noise of its own on every keypoint: " << results.seeds
-      << (results.seeds == 1 ? " seed" : " seeds") << ".\n\n"
+      << " px of noise of its own on every keypoint: " << seeds_text(results.seeds)
+      << ", fewer where a row says so because it is slow.\n\n"
       << "- Error: RMSE of `trajectory_final.tum` after a similarity transform, mean and worst of "
          "the seeds. **lost**: no trajectory, or one with less than "
       << text(kLostCoverage, 1)

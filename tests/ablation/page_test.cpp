@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -67,6 +69,13 @@ TEST(Page, HasAsManyCellsInEachLineOfATable) {
     EXPECT_EQ(std::count(line.begin(), line.end(), '|'), 1 + 2 + 4 + 3) << line;
   }
   EXPECT_EQ(lines, 3);
+}
+
+TEST(Page, SaysWhichRowsHaveFewerSeeds) {
+  Results results = results_of({outcome(0.1, 1)});
+  EXPECT_EQ(tables_text(results).find("| row (1 seed) |"), std::string::npos);
+  results.seeds = 5;
+  EXPECT_NE(tables_text(results).find("| row (1 seed) |"), std::string::npos);
 }
 
 TEST(Page, SaysWhatWasSkipped) {

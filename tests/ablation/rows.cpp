@@ -14,8 +14,8 @@ class Table {
     return *this;
   }
 
-  Table& paper(std::string name, std::initializer_list<int> rates) {
-    for (const int every : rates) rows_.push_back({group_, name, "{}", every, true});
+  Table& paper(std::string name, std::string patch, std::initializer_list<int> rates) {
+    for (const int every : rates) rows_.push_back({group_, name, patch, every, true});
     return *this;
   }
 
@@ -67,7 +67,11 @@ std::vector<Row> all_rows() {
       .row("SURF oriented", R"({"features": {"extractor": "surf_oriented"}})")
       .row("SIFT", R"({"features": {"extractor": "sift"}})")
       .row("auto", R"({"features": {"extractor": "auto"}})");
-  Table(rows, "The paper to the letter").row("defaults", "{}", {1, 5}).paper("--paper", {1, 5});
+  Table(rows, "The paper to the letter")
+      .row("defaults", "{}", {1, 5})
+      .paper("--paper", "{}", {1, 5})
+      .paper("--paper, but linear covariances",
+             R"({"mapper": {"relative_pose": {"covariance": "linear"}}})", {1, 5});
   return rows;
 }
 

@@ -18,6 +18,10 @@ struct Plan {
   struct Setting {
     MapperOptions mapper;
     size_t features = 0;
+
+    bool is_slow() const {
+      return mapper.relative_pose.covariance == RelativePoseCovariance::kUnscented;
+    }
   };
   std::vector<Features> features;
   std::vector<Setting> settings;
@@ -61,6 +65,27 @@ std::vector<FeatureSet> extract_all(const Recording& recording, const Plan& plan
   return sets;
 }
 
+int seeds_of(const Plan::Setting& setting, const RunOptions& options) {
+  return setting.is_slow() ? std::min(options.seeds, options.slow_seeds) : options.seeds;
+}
+
+// One run: of a setting, with a seed's noise.
+struct Run {
+  size_t setting = 0;
+  int seed = 1;
+};
+
+// The slow ones first: no thread is left alone with one at the end.
+std::vector<Run> runs_of(const Plan& plan, const RunOptions& options) {
+  std::vector<Run> runs;
+  for (size_t setting = 0; setting < plan.settings.size(); ++setting)
+    for (int seed = 1; seed <= seeds_of(plan.settings[setting], options); ++seed)
+      runs.push_back({setting, seed});
+  std::ranges::stable_partition(
+      runs, [&plan](const Run& run) { return plan.settings[run.setting].is_slow(); });
+  return runs;
+}
+
 int frames_at(const Recording& recording, int every) {
   return (recording.size() + every - 1) / every;
 }
@@ -87,16 +112,19 @@ Outcomes run_rows(const Recording& recording, std::span<const Row> rows, const R
   say("features, " + std::to_string(plan.features.size()) + " times");
   const std::vector<FeatureSet> features = extract_all(recording, plan, options.workers);
 
-  Outcomes outcomes(plan.settings.size(), std::vector<Outcome>(options.seeds));
-  const size_t seeds = options.seeds, total = plan.settings.size() * seeds;
+  const std::vector<Run> runs = runs_of(plan, options);
+  Outcomes outcomes;
+  for (const Plan::Setting& setting : plan.settings)
+    outcomes.emplace_back(seeds_of(setting, options));
   size_t done = 0;
   std::mutex saying;
-  in_workers(options.workers, total, [&](size_t i) {
-    const Plan::Setting& setting = plan.settings[i / seeds];
-    outcomes[i / seeds][i % seeds] =
-        run_once(recording, features[setting.features], setting.mapper, i % seeds + 1);
+  in_workers(options.workers, runs.size(), [&](size_t i) {
+    const Run& run = runs[i];
+    const Plan::Setting& setting = plan.settings[run.setting];
+    outcomes[run.setting][run.seed - 1] =
+        run_once(recording, features[setting.features], setting.mapper, run.seed);
     const std::scoped_lock lock(saying);
-    say(std::to_string(++done) + " of " + std::to_string(total) + " runs");
+    say(std::to_string(++done) + " of " + std::to_string(runs.size()) + " runs");
   });
 
   Outcomes of_rows;
@@ -106,13 +134,14 @@ Outcomes run_rows(const Recording& recording, std::span<const Row> rows, const R
 
 double estimated_cpu_s(const Recording& recording, std::span<const Row> rows,
                        const RunOptions& options) {
-  constexpr double kMapperMs = 15;
+  constexpr double kMapperMs = 10, kSlowMapperMs = 250;
   const Plan plan = plan_of(rows);
   double ms = 0;
   for (const Plan::Features& features : plan.features)
     ms += extraction_ms(features.options.extractor) * frames_at(recording, features.every);
   for (const Plan::Setting& setting : plan.settings)
-    ms += kMapperMs * options.seeds * frames_at(recording, plan.features[setting.features].every);
+    ms += (setting.is_slow() ? kSlowMapperMs : kMapperMs) * seeds_of(setting, options) *
+          frames_at(recording, plan.features[setting.features].every);
   return 1e-3 * ms;
 }
 

@@ -35,7 +35,7 @@ std::vector<double> figures(const Outcomes& outcomes) {
 }
 
 TEST(Runs, DoNotDependOnTheNumberOfThreads) {
-  const auto recording = open_recording("courtyard", "", 40);
+  const auto recording = open_recording("courtyard", "", 30);
   ASSERT_TRUE(recording);
   const std::vector<Row> rows{
       {.group = "A", .name = "defaults"},
@@ -53,13 +53,25 @@ TEST(Runs, DoNotDependOnTheNumberOfThreads) {
   const Outcome &first = alone[0][0], &second = alone[0][1];
   ASSERT_TRUE(first.ate_m && second.ate_m && first.nees);
   EXPECT_NE(*first.ate_m, *second.ate_m);  // the seeds are different
-  EXPECT_LT(*first.ate_m, 0.05);           // m, of some 4 m walked
-  EXPECT_EQ(first.frames, 40);
-  EXPECT_EQ(alone[1][0].frames, 20);
+  EXPECT_LT(*first.ate_m, 0.05);           // m, of some 3 m walked
+  EXPECT_EQ(first.frames, 30);
+  EXPECT_EQ(alone[1][0].frames, 15);
   EXPECT_EQ(alone[2][0].statistics.edges, 0);
   EXPECT_EQ(alone[3][0].ate_m, first.ate_m);
   EXPECT_GT(first.extraction_ms, 0);
   EXPECT_GT(first.mapper_ms, 0);
+}
+
+TEST(Runs, SlowRowsHaveFewerSeeds) {
+  const auto recording = open_recording("courtyard", "", 3);
+  const std::vector<Row> rows{{.group = "A", .name = "paper", .paper = true},
+                              {.group = "A", .name = "defaults"}};
+  const Outcomes outcomes =
+      run_rows(*recording, rows, {.seeds = 3, .slow_seeds = 2}, [](const std::string&) {});
+  EXPECT_EQ(outcomes[0].size(), 2u);
+  EXPECT_EQ(outcomes[1].size(), 3u);
+  for (const auto& seeds : outcomes)
+    for (const Outcome& outcome : seeds) EXPECT_EQ(outcome.frames, 3);
 }
 
 TEST(Runs, RecordingThatIsNotThereIsNone) {
