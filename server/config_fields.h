@@ -148,6 +148,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("relinearize", o.relinearize);
   visit("relinearize_px", o.relinearize_px);
   visit("max_iterations", o.max_iterations);
+  visit("huber_sigma", o.huber_sigma);
   visit("gate_sigma", o.gate_sigma);
 }
 
