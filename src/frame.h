@@ -21,7 +21,9 @@ struct Keypoint {
   float u = 0, v = 0;  // px, raw (distorted); the centre of the top-left pixel is (0, 0)
   float sigma_px = 1;  // px, standard deviation of (u, v), each axis
   float scale = 1;     // px, sigma of the blob
-  float angle = 0;     // rad, +u towards +v; 0 when upright
+  // rad, +u towards +v: of the frame that the descriptor is made in. kSurfUpright: one for the
+  // whole image, 0 while the camera is level.
+  float angle = 0;
   float response = 0;  // how sure: SURF determinant of the Hessian, normalized by scale; SIFT |DoG|
   std::int8_t laplacian_sign = 0;  // sign of Lxx + Lyy: -1 bright blob on dark, +1 dark on bright
 };

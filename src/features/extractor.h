@@ -32,7 +32,7 @@ inline constexpr std::array kExtractorNames{
     std::pair{"sift", ExtractorKind::kSift}, std::pair{"auto", ExtractorKind::kAuto}};
 
 struct FeatureOptions {
-  ExtractorKind extractor = ExtractorKind::kSurfUpright;
+  ExtractorKind extractor = ExtractorKind::kAuto;
   int max_features = 1000;  // per image
   SurfOptions surf;
   SiftOptions sift;

@@ -76,7 +76,7 @@ TEST(Levelled, ALevelCameraGetsUprightFeaturesBitForBit) {
   FeatureExtractor upright = extractor(ExtractorKind::kSurfUpright);
   EXPECT_EQ(levelled.id(), upright.id());
   unsigned seed = 1;
-  for (const double degrees : {0.0, 3.0, 7.0, 5.0, -2.0, -7.0, 0.0}) {
+  for (const double degrees : {0.0, 3.0, 9.0, 5.0, -2.0, -9.0, 0.0}) {
     const cv::Mat image = rolled(degrees * kDegree, ++seed);
     EXPECT_TRUE(same_bytes(levelled.extract(image, camera()), upright.extract(image, camera())))
         << degrees;
@@ -92,10 +92,10 @@ TEST(Levelled, FeaturesMatchTheFirstImagesAllAroundTheCircleAndBack) {
     const Features features = levelled.extract(rolled(degrees * kDegree, 2), camera());
     EXPECT_LT(difference(levelled.roll(), degrees * kDegree), kDegree) << degrees;
     EXPECT_GT(matches(first, features), 70) << degrees;
-    // All of the image is described in one frame, and that is at most 9 degrees from level.
+    // All of the image is described in one frame, and that is at most 11 degrees from level.
     for (const Keypoint& k : features.keypoints) {
       EXPECT_EQ(k.angle, features.keypoints.front().angle);
-      EXPECT_LT(difference(k.angle, degrees * kDegree), 9.5 * kDegree);
+      EXPECT_LT(difference(k.angle, degrees * kDegree), 11.5 * kDegree);
     }
   };
   for (int degrees = 15; degrees <= 360; degrees += 15) step_to(degrees);
@@ -106,13 +106,13 @@ TEST(Levelled, TheAngleIsContinuousAcrossTheBand) {
   FeatureExtractor levelled = extractor(ExtractorKind::kAuto);
   levelled.extract(rolled(0, 1), camera());
   double last = 0;
-  for (int degrees = 1; degrees <= 20; ++degrees) {
+  for (int degrees = 1; degrees <= 22; ++degrees) {
     const Features features = levelled.extract(rolled(-degrees * kDegree, 2), camera());
     const double angle = features.keypoints.front().angle;
-    EXPECT_LT(std::abs(angle - last), 3 * kDegree) << degrees;
+    EXPECT_LT(std::abs(angle - last), 4 * kDegree) << degrees;
     last = angle;
   }
-  EXPECT_NEAR(last, -20 * kDegree, kDegree);
+  EXPECT_NEAR(last, -22 * kDegree, 1.5 * kDegree);
 }
 
 TEST(Levelled, ASuddenTurnIsSeen) {

@@ -237,15 +237,22 @@ cv::Mat picture(int i) {
   cv::Mat image = texture.colRange(300 + 2 * i, 940 + 2 * i).clone();
   texture(cv::Rect(5 * i, 100, 640, 120)).copyTo(image.rowRange(100, 220));
   texture(cv::Rect(9 * i, 300, 640, 100)).copyTo(image.rowRange(300, 400));
+  // ... and rolling.
+  const cv::Mat turn = cv::getRotationMatrix2D({320, 240}, 2.0 * i, 1);
+  cv::warpAffine(image, image, turn, image.size(), cv::INTER_LINEAR, cv::BORDER_REFLECT);
   return image;
 }
 
-TEST(CameraMapper, ImagesAndTheirFeaturesGiveTheSame) {
+class EveryExtractor : public ::testing::TestWithParam<ExtractorKind> {};
+
+TEST_P(EveryExtractor, ImagesAndTheirFeaturesGiveTheSame) {
   ServerConfig config;
   config.calibration = synthetic_camera();
+  config.features.extractor = GetParam();
   CameraMapper of_gray(config), of_jpeg(config), of_features(config);
-  FeatureExtractor extractor;
-  for (int i = 0; i < 20; ++i) {
+  FeatureExtractor extractor(config.features);
+  const int images = GetParam() == ExtractorKind::kSift ? 6 : 20;  // it is slow
+  for (int i = 0; i < images; ++i) {
     ImageMessage jpeg;
     jpeg.time_us = 1000 * (i + 1);
     jpeg.width = 640;
@@ -271,6 +278,11 @@ TEST(CameraMapper, ImagesAndTheirFeaturesGiveTheSame) {
     expect_same(b, c);
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(CameraMapper, EveryExtractor,
+                         ::testing::Values(ExtractorKind::kSurfUpright,
+                                           ExtractorKind::kSurfOriented, ExtractorKind::kSift,
+                                           ExtractorKind::kAuto));
 
 }  // namespace
 }  // namespace eifmap
