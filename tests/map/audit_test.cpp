@@ -16,6 +16,7 @@ TEST(Audit, ARealRunUsesEachMeasurementOnce) {
       MapperOptions options;
       options.landmark.promote_omega_p = promote;
       options.edge.max_spent_ratio = 1;  // as scarce as it gets
+      options.edge.min_measurements = 20;
       Mapper mapper(world.camera(), options);
       for (int i = 0; i < world.num_frames(); ++i) mapper.process(world.frame(i).frame);
       EXPECT_GT(mapper.statistics().edges, 10);
