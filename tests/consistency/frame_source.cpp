@@ -34,6 +34,7 @@ class FeatureSource : public FrameSource {
     if (options.frames > 0) world.num_frames = options.frames;
     world.noise_px = options.noise_px;
     world.sigma_px = options.noise_px / MapperOptions().sigma_factor;
+    world.drift_px = options.drift_px;
     world.wrong_share = options.wrong_share;
     world.seed = seed;
     return world;
@@ -56,7 +57,7 @@ class RenderedSource : public FrameSource {
     return world_.world_from_camera(i);
   }
   FeatureFrame frame(int i) const override {
-    return extract_frame(extractor_, image(i), {time_us(i), 1, i, "cam0", camera().id()});
+    return extract_frame(extractor_, image(i), camera(), {time_us(i), 1, i, "cam0"});
   }
 
  private:
@@ -71,15 +72,14 @@ class RenderedSource : public FrameSource {
   cv::Mat image(int i) const {
     if (folder_.empty()) return world_.render(i);
     const std::string file = (folder_ / (std::to_string(i) + ".png")).string();
-    cv::Mat image = cv::imread(file, cv::IMREAD_GRAYSCALE);
-    if (!image.empty()) return image;
-    image = world_.render(i);
+    if (std::filesystem::exists(file)) return cv::imread(file, cv::IMREAD_GRAYSCALE);
+    const cv::Mat image = world_.render(i);
     cv::imwrite(file, image, {cv::IMWRITE_PNG_COMPRESSION, 1});
     return image;
   }
 
   SimulatedWorld world_;
-  SurfExtractor extractor_;
+  mutable FeatureExtractor extractor_;
   std::filesystem::path folder_;
 };
 
@@ -105,7 +105,7 @@ class RecordedSource : public FrameSource {
     const GrayImage image = sequence_->load_gray(i);
     if (!image.problem.empty()) throw std::runtime_error(image.problem);
     FeatureFrame frame =
-        extract_frame(extractor_, image.image, {time_us(i), 1, i, "cam0", camera().id()});
+        extract_frame(extractor_, image.image, camera(), {time_us(i), 1, i, "cam0"});
     if (seed_ > 0) jitter(frame, i);
     return frame;
   }
@@ -125,7 +125,7 @@ class RecordedSource : public FrameSource {
 
   int seed_, frames_ = 0;
   std::optional<RecordedSequence> sequence_;
-  SurfExtractor extractor_;
+  mutable FeatureExtractor extractor_;
 };
 
 }  // namespace
