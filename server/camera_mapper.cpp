@@ -174,6 +174,7 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
   Result frame;
   frame.value = extract_frame(extractor_, pixels.gray, *camera,
                               {header.time_us, header.publisher, header.seq, channel.camera});
+  if (!extractor_.roll_is_sure()) record_.add_unseen_roll();
   return frame;
 }
 

@@ -223,8 +223,9 @@ std::string ServerConfig::problem() const {
   return "";
 }
 
-ParsedConfig parse_config(const std::string& json_text) {
+ParsedConfig parse_config(const std::string& json_text, const ServerConfig& base) {
   ParsedConfig parsed;
+  parsed.config = base;
   Json json;
   try {
     json = Json::parse(json_text, nullptr, true, /*ignore_comments=*/true);

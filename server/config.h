@@ -38,8 +38,8 @@ struct ParsedConfig {
   std::string problem;  // "" or which key or value is wrong, by its full name, and what was wanted
 };
 
-// Keys that are left out keep their defaults; unknown keys are refused.
-ParsedConfig parse_config(const std::string& json_text);
+// Keys that are left out keep the values of `base`; unknown keys are refused.
+ParsedConfig parse_config(const std::string& json_text, const ServerConfig& base = {});
 
 // The whole of it as JSON, which parse_config reads back.
 std::string config_text(const ServerConfig& config);

@@ -36,12 +36,18 @@ void visit_fields(O& o, auto&& visit) {
   visit("edge_threshold", o.edge_threshold);
 }
 
+template <OptionsOf<RollOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("dead_band_deg", o.dead_band_deg);
+}
+
 template <OptionsOf<FeatureOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("extractor", o.extractor);
   visit("max_features", o.max_features);
   visit("surf", o.surf);
   visit("sift", o.sift);
+  visit("roll", o.roll);
 }
 
 template <OptionsOf<MatchOptions> O>
@@ -142,6 +148,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("relinearize", o.relinearize);
   visit("relinearize_px", o.relinearize_px);
   visit("max_iterations", o.max_iterations);
+  visit("huber_sigma", o.huber_sigma);
   visit("gate_sigma", o.gate_sigma);
 }
 

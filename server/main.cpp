@@ -26,7 +26,7 @@ constexpr int kBadOptions = 2;
 
 struct Options {
   std::string config_file, lcm_url, camera, input, calibration_file;
-  bool print_config = false;
+  bool print_config = false, paper = false;
   SequenceRunOptions sequence;
 };
 
@@ -38,11 +38,12 @@ std::string read_file(const std::string& file) {
   return text.str();
 }
 
-// The file's values, then the command line's.
+// The preset's values, then the file's, then the command line's.
 ServerConfig effective_config(const Options& options) {
   ParsedConfig parsed;
+  if (options.paper) parsed.config.mapper = MapperOptions::paper();
   if (!options.config_file.empty()) {
-    parsed = parse_config(read_file(options.config_file));
+    parsed = parse_config(read_file(options.config_file), parsed.config);
     if (!parsed.problem.empty())
       throw std::invalid_argument(options.config_file + ": " + parsed.problem);
   }
@@ -138,6 +139,9 @@ void add_options(CLI::App& app, Options& options) {
   app.set_version_flag("--version", EIFMAP_VERSION);
   app.add_option("--config", options.config_file, "JSON file; --print-config shows every key");
   app.add_flag("--print-config", options.print_config, "print the configuration in force and stop");
+  app.add_flag("--paper", options.paper,
+               "the published method to the letter (Wang & Dissanayake 2010); the configuration file "
+               "still changes it");
   app.add_option("--calibration", options.calibration_file,
                  "calib.json of the camera, instead of waiting for a calibration message");
   app.add_option("--output", sequence.output, "folder for trajectories, map and report");

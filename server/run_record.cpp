@@ -98,6 +98,7 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["starts"] = statistics.starts;
   report["losses"] = statistics.losses;
   report["rejected"] = rejected;
+  report["rolls_unseen"] = rolls_unseen_;
   report["pose_sources"] = sources_json(statistics.sources);
   report["reasons"] = reasons_json(statistics.reasons);
   report["rejected_reasons"] = reasons_json(rejected_);

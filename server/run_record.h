@@ -16,6 +16,10 @@ class RunRecord {
   // `result`: also of a frame that never reached the mapper (result.rejected, with its reason).
   void add(const FrameResult& result);
 
+  // An image was extracted in which the camera's roll could not be seen, although it was sought
+  // (FeatureExtractor::roll_is_sure).
+  void add_unseen_roll() { ++rolls_unseen_; }
+
   // Writes trajectory.tum, trajectory_final.tum, keyframes.tum, map.ply and report.json into
   // `folder`, made when it is not there. Returns "" or what went wrong.
   std::string write(const std::filesystem::path& folder, const Mapper& mapper,
@@ -25,6 +29,7 @@ class RunRecord {
 
  private:
   int frames_ = 0;  // offered, rejected ones too
+  int rolls_unseen_ = 0;
   std::map<Reason, std::int64_t> rejected_;
   std::vector<TimedPose> published_;
 };

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "frame_check.h"
+#include "map/audit.h"
 #include "map/frame_covariance.h"
 #include "map/keyframe_insertion.h"
 #include "map/live_map.h"
@@ -377,6 +378,10 @@ std::vector<KeyframeEstimate> Mapper::keyframe_estimates() const {
     estimates.back().covariance_status = CovarianceStatus::kValid;
   }
   return estimates;
+}
+
+std::vector<std::string> Mapper::audit() const {
+  return state_->live ? eifmap::audit(state_->live->map) : std::vector<std::string>();
 }
 
 void Mapper::set_step_observer(StepObserver observer) {

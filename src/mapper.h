@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -29,6 +30,9 @@ class Mapper {
   MapUpdate map_update();
 
   const MapperStatistics& statistics() const;
+
+  // What is wrong with the current map's books (map/audit.h), one sentence each: nothing, ever.
+  std::vector<std::string> audit() const;
 
   // Every frame placed in the final map: relative to its keyframe as finally estimated, the start
   // set posed backwards. Of the map that holds the most frames, if there were several.

@@ -91,8 +91,9 @@ enum class Relinearize {
 
 struct FilterOptions {
   Relinearize relinearize = Relinearize::kThreshold;
-  double relinearize_px = 0.1;
-  int max_iterations = 5;   // of solve and relinearize, per keyframe
+  double relinearize_px = 0.02;  // at 0.1 a map stays one sigma too small: many small moves add up
+  int max_iterations = 5;        // of solve and relinearize, per keyframe
+  double huber_sigma = 2.0;      // whitened residual from which a sighting counts less
   double gate_sigma = 3.5;  // whitened residual above which a sighting is dropped as an outlier
 };
 

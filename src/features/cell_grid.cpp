@@ -74,49 +74,52 @@ void sample_cells(const IntegralImage& integral, const Cuts& columns, const Cuts
   }
 }
 
-// Where one side of each cell of a row cuts an axis.
-EIFMAP_VECTOR_CLONES
-void cut_cells(float first, float step, int size, Cuts& cuts) {
-  const float last = static_cast<float>(size - 1);
-  for (int k = 0; k < kPadded; ++k) {
-    const float x = first + static_cast<float>(k) * step;
-    const float index = std::min(std::max(std::floor(x), 0.0f), last);
-    cuts.index[k] = static_cast<std::int32_t>(index);
-    cuts.fraction[k] = x - index;
-  }
-}
+// One side of each cell of a row along one axis.
+struct Sides {
+  alignas(32) std::int32_t index[kPadded];
+  alignas(32) float fraction[kPadded];
 
-// Pixel sums of boxes that begin at the first pixel that the cell cuts: exact integers, relative to
-// the first row and column.
-struct Corner {
-  const std::uint32_t* sums;
-  std::ptrdiff_t stride;
-
-  float inside(std::int32_t left, std::int32_t top, std::int32_t x, std::int32_t y) const {
-    const std::uint32_t* upper = sums + top * stride;
-    const std::uint32_t* lower = sums + y * stride;
-    return static_cast<float>(
-        static_cast<std::int32_t>((lower[x] - lower[left]) - (upper[x] - upper[left])));
+  void cut(float first, float step, int size) {
+    const float last = static_cast<float>(size - 1);
+    for (int k = 0; k < kPadded; ++k) {
+      const float x = first + static_cast<float>(k) * step;
+      index[k] = static_cast<std::int32_t>(std::min(std::max(x, 0.0f), last));
+      fraction[k] = x - static_cast<float>(index[k]);
+    }
   }
 };
 
-// One row of a turned grid.
+// One row of a turned grid, from its first cell's top left corner on.
 EIFMAP_VECTOR_CLONES
-void average_row(const IntegralImage& integral, const Cuts& left, const Cuts& right,
-                 const Cuts& top, const Cuts& bottom, float normalizer, float* mean) {
-  const Corner corner{integral.row(0), integral.width() + 1};
-  for (int k = 0; k < kCells; ++k) {
-    const std::int32_t x0 = left.index[k], x1 = right.index[k];
-    const std::int32_t y0 = top.index[k], y1 = bottom.index[k];
-    const auto sum = [&](std::int32_t x, std::int32_t y) { return corner.inside(x0, y0, x, y); };
-    const float fx0 = left.fraction[k], fx1 = right.fraction[k];
-    // From the first pixel's left side to the cell's right side, minus to the cell's left side.
-    const auto strip = [&](std::int32_t y) {
-      const float until_right = sum(x1, y) + fx1 * (sum(x1 + 1, y) - sum(x1, y));
-      return until_right - fx0 * sum(x0 + 1, y);
+void average_row(const IntegralImage& integral, float x, float y, float along, float across,
+                 float side, float* __restrict mean) {
+  Sides left, right, top, bottom;
+  left.cut(x, along, integral.width());
+  right.cut(x + side, along, integral.width());
+  top.cut(y, across, integral.height());
+  bottom.cut(y + side, across, integral.height());
+  const std::uint32_t* sums = integral.row(0);
+  const std::int32_t stride = integral.width() + 1;
+  const float normalizer = 1.0f / (side * side);
+  for (int k = 0; k < kPadded; ++k) {
+    const std::int32_t first = left.index[k], last = right.index[k];
+    const std::int32_t above = top.index[k] * stride, below = bottom.index[k] * stride;
+    const std::uint32_t corner = sums[above + first];
+    // Sums of whole pixels from the first one that the cell cuts to column x of the row of entries
+    // `row`: exact integers.
+    const auto until = [=](std::int32_t row, std::int32_t column) {
+      return static_cast<float>(static_cast<std::int32_t>((sums[row + column] - sums[row + first]) -
+                                                          (sums[above + column] - corner)));
     };
-    const float until_bottom = strip(y1) + bottom.fraction[k] * (strip(y1 + 1) - strip(y1));
-    mean[k] = (until_bottom - top.fraction[k] * strip(y0 + 1)) * normalizer;
+    // Of those rows, between the cell's left and right side.
+    const auto strip = [&](std::int32_t row) {
+      const float whole = until(row, last), next = until(row, last + 1);
+      return whole + right.fraction[k] * (next - whole) - left.fraction[k] * until(row, first + 1);
+    };
+    const float whole = strip(below), next = strip(below + stride);
+    mean[k] =
+        (whole + bottom.fraction[k] * (next - whole) - top.fraction[k] * strip(above + stride)) *
+        normalizer;
   }
 }
 
@@ -126,16 +129,12 @@ void CellGrid::sample_turned(const IntegralImage& integral, float u, float v, fl
                              float angle) {
   const float along = side * std::cos(angle), across = side * std::sin(angle);
   constexpr float kMiddle = kCells / 2;
-  Cuts left, right, top, bottom;
   for (int j = 0; j < kCells; ++j) {
     const float row = static_cast<float>(j) - kMiddle;
-    const float x = u + 0.5f - 0.5f * side - kMiddle * along - row * across;
-    const float y = v + 0.5f - 0.5f * side - kMiddle * across + row * along;
-    cut_cells(x, along, integral.width(), left);
-    cut_cells(x + side, along, integral.width(), right);
-    cut_cells(y, across, integral.height(), top);
-    cut_cells(y + side, across, integral.height(), bottom);
-    average_row(integral, left, right, top, bottom, 1.0f / (side * side), mean[j]);
+    average_row(integral, u + 0.5f - 0.5f * side - kMiddle * along - row * across,
+                v + 0.5f - 0.5f * side - kMiddle * across + row * along, along, across, side,
+                mean[j]);
+    for (int k = kCells; k < kPadded; ++k) mean[j][k] = 0;
   }
 }
 

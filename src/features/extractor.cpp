@@ -19,10 +19,12 @@ std::string FeatureOptions::problem() const {
   if (max_features < 1 || max_features > 100000)
     return "max_features is " + std::to_string(max_features) + ": must be 1 to 100000";
   if (const std::string problem = surf.problem(); !problem.empty()) return problem;
-  return sift.problem();
+  if (const std::string problem = sift.problem(); !problem.empty()) return problem;
+  return roll.problem();
 }
 
-FeatureExtractor::FeatureExtractor(const FeatureOptions& options) : options_(options) {
+FeatureExtractor::FeatureExtractor(const FeatureOptions& options)
+    : options_(options), roll_(options.roll) {
   if (const std::string problem = options.problem(); !problem.empty())
     throw std::invalid_argument("features." + problem);
 }
@@ -30,6 +32,7 @@ FeatureExtractor::FeatureExtractor(const FeatureOptions& options) : options_(opt
 Extractor FeatureExtractor::id() const {
   switch (options_.extractor) {
     case ExtractorKind::kSurfUpright:
+    case ExtractorKind::kAuto:
       break;
     case ExtractorKind::kSurfOriented:
       return Extractor::kSurfOriented;
@@ -39,8 +42,9 @@ Extractor FeatureExtractor::id() const {
   return Extractor::kSurfUpright;
 }
 
-Features FeatureExtractor::extract(const cv::Mat& gray, const Camera&) {
+Features FeatureExtractor::extract(const cv::Mat& gray, const Camera& camera) {
   check_image(gray);
+  if (options_.extractor == ExtractorKind::kAuto) return extract_levelled(gray, camera);
   if (options_.extractor == ExtractorKind::kSift)
     return extract_sift(gray, options_.sift, options_.max_features);
   const SurfImage image(gray, options_.surf);
@@ -49,6 +53,23 @@ Features FeatureExtractor::extract(const cv::Mat& gray, const Camera&) {
   if (options_.extractor == ExtractorKind::kSurfOriented) image.orient(features.keypoints);
   features.descriptors = image.describe(features.keypoints);
   return features;
+}
+
+Features FeatureExtractor::extract_levelled(const cv::Mat& gray, const Camera& camera) {
+  if (const std::string problem = camera.problem(); !problem.empty())
+    throw std::invalid_argument("features: camera: " + problem);
+  const SurfImage image(gray, options_.surf);
+  const auto describe = [&image](std::vector<Keypoint> keypoints, float angle) {
+    for (Keypoint& k : keypoints) k.angle = angle;
+    return Features{keypoints, image.describe(keypoints)};
+  };
+  const float last = roll_.angle();
+  Features features = describe(image.find_keypoints(options_.max_features), last);
+  roll_.follow(features, camera, [&describe](const std::vector<Keypoint>& some, float angle) {
+    return describe(some, angle).descriptors;
+  });
+  if (roll_.angle() == last) return features;
+  return describe(std::move(features.keypoints), roll_.angle());
 }
 
 }  // namespace eifmap

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "features/features.h"
+#include "features/roll_follower.h"
 #include "features/sift.h"
 #include "features/surf.h"
 #include "frame.h"
@@ -18,20 +19,24 @@ namespace eifmap {
 enum class ExtractorKind {
   kSurfUpright,   // for cameras that stay about level: fastest, tells up from right
   kSurfOriented,  // each feature in the frame of its own dominant orientation
-  kSift,          // oriented, too; slow and a little more certain
+  kSift,          // oriented, too; slow
+  // Upright in a frame that follows the camera's roll, as seen from image to image: as
+  // kSurfUpright, bit for bit, while the camera is about level, and comparable with it.
+  kAuto,
 };
 
 // As a user writes them.
 inline constexpr std::array kExtractorNames{
     std::pair{"surf_upright", ExtractorKind::kSurfUpright},
     std::pair{"surf_oriented", ExtractorKind::kSurfOriented},
-    std::pair{"sift", ExtractorKind::kSift}};
+    std::pair{"sift", ExtractorKind::kSift}, std::pair{"auto", ExtractorKind::kAuto}};
 
 struct FeatureOptions {
   ExtractorKind extractor = ExtractorKind::kSurfUpright;
   int max_features = 1000;  // per image
   SurfOptions surf;
   SiftOptions sift;
+  RollOptions roll;
 
   std::string problem() const;  // "" or which field is wrong and why
 };
@@ -44,12 +49,21 @@ class FeatureExtractor {
   // What descriptors are compared by: those of another id never match.
   Extractor id() const;
 
-  // `gray`: CV_8UC1, at least 32x32, of `camera`. A pure function of the images so far. Throws
-  // std::invalid_argument on another type or size.
+  // `gray`: CV_8UC1, at least 32x32, of `camera`. kAuto: a pure function of the images so far, else
+  // of this one. Throws std::invalid_argument on another type or size; kAuto: with
+  // camera.problem(), too.
   Features extract(const cv::Mat& gray, const Camera& camera);
 
+  // kAuto: by how much the last image is turned against the first, rad in [-pi, pi], +u towards +v;
+  // and whether that could be seen in it, or is still the one before's.
+  double roll() const { return roll_.roll(); }
+  bool roll_is_sure() const { return roll_.sure(); }
+
  private:
+  Features extract_levelled(const cv::Mat& gray, const Camera& camera);
+
   FeatureOptions options_;
+  RollFollower roll_;
 };
 
 }  // namespace eifmap

@@ -113,7 +113,7 @@ void SurfImage::orient(std::vector<Keypoint>& keypoints) const {
   for (Keypoint& k : keypoints) k.angle = surf_orientation(integral_, k.u, k.v, k.scale);
 }
 
-std::vector<std::int8_t> SurfImage::describe(const std::vector<Keypoint>& keypoints) const {
+std::vector<std::int8_t> SurfImage::describe(std::span<const Keypoint> keypoints) const {
   std::vector<std::int8_t> descriptors(keypoints.size() * kDescriptorSize);
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
     const Keypoint& k = keypoints[i];

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,7 @@ class SurfImage {
   void orient(std::vector<Keypoint>& keypoints) const;
 
   // kDescriptorSize bytes per keypoint, each in the frame turned by its keypoint's angle.
-  std::vector<std::int8_t> describe(const std::vector<Keypoint>& keypoints) const;
+  std::vector<std::int8_t> describe(std::span<const Keypoint> keypoints) const;
 
  private:
   SurfOptions options_;

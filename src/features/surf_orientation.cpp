@@ -68,6 +68,7 @@ const std::vector<Sample>& disc() {
 struct Sum {
   float x = 0, y = 0;
   Sum operator+(const Sum& other) const { return {x + other.x, y + other.y}; }
+  Sum operator-(const Sum& other) const { return {x - other.x, y - other.y}; }
   float squared() const { return x * x + y * y; }
 };
 
@@ -93,10 +94,11 @@ float surf_orientation(const IntegralImage& integral, float u, float v, float sc
   constexpr int kFirst = kCells / 2 + 1 - kRadius;
   haar_responses(cells, kFirst, kFirst + 2 * kRadius, responses);
   const std::array<Sum, kBins> bins = histogram(responses);
+  Sum before[kBins + kWindow + 1];  // of the bins below, around the circle and on
+  for (std::size_t k = 0; k < kBins + kWindow; ++k) before[k + 1] = before[k] + bins[k % kBins];
   Sum best;
   for (std::size_t first = 0; first < kBins; ++first) {
-    Sum window;
-    for (std::size_t k = 0; k < kWindow; ++k) window = window + bins[(first + k) % kBins];
+    const Sum window = before[first + kWindow] - before[first];
     if (window.squared() > best.squared()) best = window;
   }
   return std::atan2(best.y, best.x);

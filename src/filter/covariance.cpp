@@ -74,8 +74,9 @@ bool InformationFilter::covariances(const std::vector<int>& poses,
   needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
   if (!std::all_of(needed.begin(), needed.end(), [this](int p) { return knows(p); })) return false;
   const JointCovariance joint(needed, reduced_.size, cholesky_);
-  for (int p : poses) of_poses.push_back(joint.block(p, p));
-  for (int l : landmarks) of_landmarks.push_back(marginal(landmarks_[l], joint));
+  const double factor = correlation_.variance_factor();
+  for (int p : poses) of_poses.push_back(factor * joint.block(p, p));
+  for (int l : landmarks) of_landmarks.push_back(factor * marginal(landmarks_[l], joint));
   return true;
 }
 
@@ -105,7 +106,7 @@ bool InformationFilter::propagate(const std::vector<PoseSensitivity>& sensitivit
       functions.middleRows<kPoseDof>((s.pose - 1) * kPoseDof) += s.derivative.transpose();
   }
   const Eigen::MatrixXd whitened = cholesky_.whiten(functions);
-  covariance = whitened.transpose() * whitened;
+  covariance = correlation_.variance_factor() * (whitened.transpose() * whitened);
   return covariance.allFinite();
 }
 

@@ -10,8 +10,8 @@
 namespace eifmap {
 namespace {
 
-// Of a sight (2 degrees of freedom) and of an edge (5): about 1 in 7 is beyond it by chance.
-constexpr double kSightLimit = 2.0, kEdgeLimit = 3.0;
+// Of an edge (5 degrees of freedom): about 1 in 7 is beyond it by chance.
+constexpr double kEdgeLimit = 3.0;
 
 // Huber's weight: full to k sigmas, then falling as k / error. The weight is part of the
 // measurement's noise, Q, and is frozen with its Jacobian.
@@ -105,7 +105,7 @@ std::size_t InformationFilter::linearize_moved() {
       if (m.linearized && (predicted - m.predicted).norm() <= threshold) continue;
       projectors[m.pose](landmark.position, predicted, &m.d_pose, &m.d_landmark);
       const Eigen::Vector2d residual = (m.x - predicted) / m.sigma;
-      const double root = std::sqrt(robust_weight(residual.norm(), kSightLimit));
+      const double root = std::sqrt(robust_weight(residual.norm(), options_.huber_sigma));
       m.d_pose *= root / m.sigma;
       m.d_landmark *= root / m.sigma;
       m.residual = root * residual;
@@ -232,6 +232,7 @@ FilterUpdate InformationFilter::update() {
     return result;
   }
   drop_sights(options_.gate_sigma, result);
+  correlation_ = measure_correlation(landmarks_, poses_);
   for (FilterLandmark& landmark : landmarks_)
     if (!landmark.measurements.empty()) landmark.covariance = conditional_covariance(landmark);
   return result;

@@ -15,6 +15,7 @@
 
 #include "filter/filter_state.h"
 #include "filter/schur.h"
+#include "filter/sight_correlation.h"
 #include "filter/sparse_cholesky.h"
 #include "geometry/rigid3.h"
 #include "options.h"
@@ -67,14 +68,16 @@ class InformationFilter {
   const Eigen::Vector3d& position(int landmark) const { return landmarks_[landmark].position; }
   const FilterLandmark& landmark(int i) const { return landmarks_[i]; }
   const std::vector<FilterEdge>& edges() const { return edges_; }
+  const SightCorrelation& correlation() const { return correlation_; }
 
   // Norm of the whitened reprojection error at the mean (the number of sigmas); infinite behind the
   // camera.
   double error(int landmark, const PointMeasurement& measurement) const;
 
   // Marginal covariances, in the gauge: the first pose is where it is by definition, and the first
-  // baseline keeps its length along its first direction. As of the last successful update; false
-  // before it, or for what was added after it.
+  // baseline keeps its length along its first direction. Errors of a track's sights are not
+  // independent, and that is allowed for (sight_correlation.h). As of the last successful update;
+  // false before it, or for what was added after it.
   //
   // Of one pose (w, dc).
   bool pose_covariance(int pose, PoseBlock& covariance);
@@ -107,6 +110,7 @@ class InformationFilter {
   bool solved_ = false;  // `cholesky_` holds the factor of the last update's matrix
   BlockMatrix reduced_;  // S, over all poses but the first
   SparseCholesky cholesky_;
+  SightCorrelation correlation_;  // as of the last update
 };
 
 }  // namespace eifmap

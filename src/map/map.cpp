@@ -76,6 +76,14 @@ void Map::promote(int track, const Eigen::Vector3d& position, const Eigen::Matri
   }
 }
 
+void Map::spend(MapEdge edge) {
+  for (const Match& match : edge.matches) {
+    keyframes_.at(edge.i).spent.at(match.a) = 1;
+    keyframes_.at(edge.j).spent.at(match.b) = 1;
+  }
+  edges_.push_back(std::move(edge));
+}
+
 FilterUpdate Map::update() {
   FilterUpdate update = filter_.update();
   for (const FilterUpdate::Dropped& dropped : update.dropped) {

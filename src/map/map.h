@@ -42,6 +42,13 @@ struct Track {
   bool is_landmark() const { return landmark >= 0; }
 };
 
+// A relative-pose edge that was made, with the measurements it has used; a: in i, b: in j. The
+// filter may have dropped it since.
+struct MapEdge {
+  int i = 0, j = 0;
+  std::vector<Match> matches;
+};
+
 class Map {
  public:
   Map(const Camera& camera, const MapperOptions& options);
@@ -75,6 +82,10 @@ class Map {
   // Puts a candidate with all its sightings into the filter.
   void promote(int track, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance);
 
+  // An edge has used these matches: none of them is to be used again.
+  void spend(MapEdge edge);
+  const std::vector<MapEdge>& edges() const { return edges_; }
+
   // Updates the filter and lets the map follow what it dropped.
   FilterUpdate update();
 
@@ -91,6 +102,7 @@ class Map {
   double radians_per_pixel_;
   std::vector<Keyframe> keyframes_;
   std::vector<Track> tracks_;
+  std::vector<MapEdge> edges_;
   InformationFilter filter_;
   std::vector<int> track_of_landmark_;
   int num_landmarks_ = 0;

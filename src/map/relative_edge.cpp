@@ -54,11 +54,7 @@ bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, Relativ
       !(start.sigma_direction < options.edge.max_sigma_direction_deg * kDegree))
     return false;
   if (!map.filter().add_edge(i, j, start)) return false;
-  // The outliers too: those near the limit had a part in R and T.
-  for (const Match& match : chosen) {
-    map.keyframe(i).spent[match.a] = 1;
-    map.keyframe(j).spent[match.b] = 1;
-  }
+  map.spend({i, j, chosen});  // the outliers too: those near the limit had a part in R and T
   return true;
 }
 

@@ -12,23 +12,31 @@ cv::Mat textured(int width, int height) {
   return testing::view(testing::Texture(1), width, height, Eigen::Matrix3d::Identity(), 1.5, 2);
 }
 
-void surf(benchmark::State& state) {
-  const cv::Mat image =
-      textured(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+void extract(benchmark::State& state, ExtractorKind kind, int step) {
+  Camera camera;
+  camera.width = static_cast<int>(state.range(0));
+  camera.height = static_cast<int>(state.range(1));
+  camera.fx = camera.fy = camera.width;
+  camera.cx = 0.5 * camera.width;
+  camera.cy = 0.5 * camera.height;
+  const cv::Mat image = textured(camera.width, camera.height);
   FeatureOptions options;
-  options.surf.sampling_step = static_cast<int>(state.range(2));
+  options.extractor = kind;
+  options.surf.sampling_step = step;
   FeatureExtractor extractor(options);
   std::size_t features = 0;
-  for (auto _ : state) features = extractor.extract(image, {}).keypoints.size();
+  for (auto _ : state) features = extractor.extract(image, camera).keypoints.size();
   state.counters["features"] = static_cast<double>(features);
 }
-BENCHMARK(surf)
-    ->ArgNames({"width", "height", "step"})
-    ->Args({640, 480, 1})
-    ->Args({640, 480, 2})
-    ->Args({1241, 376, 1})
-    ->Args({1241, 376, 2})
-    ->Unit(benchmark::kMillisecond);
+void sizes(benchmark::internal::Benchmark* benchmark) {
+  benchmark->ArgNames({"width", "height"})->Args({640, 480})->Args({1241, 376});
+  benchmark->Unit(benchmark::kMillisecond);
+}
+BENCHMARK_CAPTURE(extract, surf_upright, ExtractorKind::kSurfUpright, 1)->Apply(sizes);
+BENCHMARK_CAPTURE(extract, surf_upright_step_2, ExtractorKind::kSurfUpright, 2)->Apply(sizes);
+BENCHMARK_CAPTURE(extract, surf_oriented, ExtractorKind::kSurfOriented, 1)->Apply(sizes);
+BENCHMARK_CAPTURE(extract, sift, ExtractorKind::kSift, 1)->Apply(sizes);
+BENCHMARK_CAPTURE(extract, level, ExtractorKind::kAuto, 1)->Apply(sizes);
 
 FeatureGroup random_group(int size, unsigned seed) {
   std::mt19937 random(seed);

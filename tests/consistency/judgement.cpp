@@ -5,6 +5,7 @@
 #include <map>
 
 #include "mapper.h"
+#include "support/thread_cpu.h"
 
 namespace eifmap::test {
 namespace {
@@ -65,7 +66,10 @@ JudgedRun judge_run(const FrameSource& source, const MapperOptions& options, int
   Judge judged(source);
   Mapper mapper(source.camera(), options);
   for (int i = 0; i < source.size(); i += every) {
-    const FrameResult result = mapper.process(source.frame(i));
+    const FeatureFrame frame = source.frame(i);
+    const double begin = thread_cpu_seconds();
+    const FrameResult result = mapper.process(frame);
+    run.mapper_cpu_s += thread_cpu_seconds() - begin;
     ++run.frames;
     run.tracked += result.state == TrackingState::kTracking;
     if (result.source == PoseSource::kStartSet) judged.begin_map(mapper.map_update());
@@ -81,6 +85,7 @@ JudgedRun judge_run(const FrameSource& source, const MapperOptions& options, int
     if (auto pose = judged(keyframe.time_us, keyframe.map_from_camera, keyframe.covariance))
       run.keyframes.push_back(*pose);
   }
+  run.final_trajectory = mapper.final_trajectory();
   run.statistics = mapper.statistics();
   run.scale = judged.scale();
   return run;

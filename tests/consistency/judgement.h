@@ -32,7 +32,9 @@ struct JudgedRun {
   // the first baseline.
   std::vector<JudgedPose> published, keyframes;
   std::vector<FrameResult> results;  // of all frames
-  double scale = 0;                  // map units per unit of the truth, of the last map
+  std::vector<TimedPose> final_trajectory;
+  double scale = 0;         // map units per unit of the truth, of the last map
+  double mapper_cpu_s = 0;  // of this thread, in the mapper
 };
 
 JudgedRun judge_run(const FrameSource& source, const MapperOptions& options, int every = 1);

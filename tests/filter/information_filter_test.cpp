@@ -35,22 +35,8 @@ TEST(InformationFilter, SchurComplementIsExact) {
 
   // After the solve the residuals left are those at the new mean: the right side must vanish but
   // for the gauge's direction.
-  Dense dense = dense_system(world.filter);
-  const int n = 6 * (world.filter.num_poses() - 1);
+  const Dense dense = dense_system(world.filter);
   EXPECT_LT(dense.right_side.norm(), 1e-5 * dense.information.diagonal().norm());
-
-  // The marginal covariance of a pose from the factor against the inverse of the whole matrix.
-  const Eigen::Vector3d u = world.poses[1].translation.normalized();
-  const double firm = 1e6 * dense.information.block<3, 3>(3, 3).trace();
-  dense.information.block<3, 3>(3, 3) += firm * u * u.transpose();
-  const Eigen::MatrixXd inverse =
-      dense.information.ldlt().solve(Eigen::MatrixXd::Identity(dense.information.rows(), n));
-  for (int p = 1; p < world.filter.num_poses(); ++p) {
-    PoseBlock covariance;
-    ASSERT_TRUE(world.filter.pose_covariance(p, covariance));
-    const PoseBlock expected = inverse.block<6, 6>(6 * (p - 1), 6 * (p - 1));
-    EXPECT_LT((covariance - expected).norm(), 1e-3 * expected.norm()) << p;
-  }
 }
 
 TEST(InformationFilter, WithoutGaugeTheInformationHasSevenNullDirectionsLess) {

@@ -33,7 +33,7 @@ FeatureFrame frame_of(const Camera& camera) {
 TEST(ObservedFrame, OfAPinholeKeepsEverythingAsItIs) {
   const Camera camera = camera_of(CameraModel::kPinhole, 500);
   const FeatureFrame frame = frame_of(camera);
-  const ObservedFrame observed = observe(frame, camera, -1, 2);
+  const ObservedFrame observed = observe(frame, camera, MapSign::kMinus, 2);
   ASSERT_EQ(observed.size(), 300);
   for (double sigma : observed.sigma) EXPECT_EQ(sigma, 2 * 0.5 / 500);
   EXPECT_EQ(observed.frame.descriptors, frame.descriptors);
@@ -44,7 +44,7 @@ TEST(ObservedFrame, LeavesOutWhatIsTooFarFromTheAxis) {
   const Camera camera = camera_of(CameraModel::kFisheye, 160);
   ASSERT_EQ(camera.problem(), "");
   const FeatureFrame frame = frame_of(camera);
-  const ObservedFrame observed = observe(frame, camera, -1, 2);
+  const ObservedFrame observed = observe(frame, camera, MapSign::kMinus, 2);
   ASSERT_GT(observed.size(), 120);
   ASSERT_LT(observed.size(), 280);
   ASSERT_EQ(observed.frame.keypoints.size(), observed.x.size());
@@ -64,14 +64,14 @@ TEST(ObservedFrame, LeavesOutWhatIsTooFarFromTheAxis) {
     ++kept;
   }
   EXPECT_EQ(kept, observed.size());
-  EXPECT_EQ(observed.omega_m.index.size() + observed.omega_p.index.size(), observed.x.size());
-  for (int k : observed.omega_m.index) EXPECT_EQ(observed.frame.keypoints[k].laplacian_sign, -1);
+  EXPECT_EQ(observed.minus.index.size() + observed.plus.index.size(), observed.x.size());
+  for (int k : observed.minus.index) EXPECT_EQ(observed.frame.keypoints[k].laplacian_sign, -1);
 }
 
 // Outwards the image is squeezed: one pixel there is more.
 TEST(ObservedFrame, SigmaGrowsTowardsTheEdgeOfAFisheye) {
   const Camera camera = camera_of(CameraModel::kFisheye, 300);
-  const ObservedFrame observed = observe(frame_of(camera), camera, -1, 2);
+  const ObservedFrame observed = observe(frame_of(camera), camera, MapSign::kMinus, 2);
   for (int k = 0; k < observed.size(); ++k) {
     const double r = observed.x[k].norm(), theta = std::atan(r);
     const double area = r < 1e-6 ? 1 : (1 + r * r) * r / theta;

@@ -57,6 +57,16 @@ TEST(RoundTrip, Camera) {
   EXPECT_EQ(decoded.value.camera.distortion, camera.camera.distortion);
 }
 
+TEST(RoundTrip, FisheyeCamera) {
+  NamedCamera camera = samples::camera();
+  camera.camera.model = CameraModel::kFisheye;
+  camera.camera.distortion = {-0.01, 0.004, -0.001, 0.0002, 0};
+  const Decoded<NamedCamera> decoded = decode_camera(encode(to_message(camera)));
+  ASSERT_TRUE(decoded.ok()) << decoded.detail;
+  EXPECT_EQ(decoded.value.camera.model, CameraModel::kFisheye);
+  EXPECT_EQ(decoded.value.camera.id(), camera.camera.id());
+}
+
 TEST(RoundTrip, Image) {
   const ImageMessage image = samples::image();
   const Decoded<ImageMessage> decoded = decode_image(encode(to_message(image)));

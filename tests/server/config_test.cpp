@@ -49,7 +49,7 @@ void expect_all_visited() {
 }
 
 TEST(Config, EveryFieldOfEveryOptionsStructHasAKey) {
-  expect_all_visited<Camera, SurfOptions, SiftOptions, FeatureOptions, MatchOptions,
+  expect_all_visited<Camera, SurfOptions, SiftOptions, RollOptions, FeatureOptions, MatchOptions,
                      RelativePoseOptions, ScaleFitOptions, AbsolutePoseOptions, StartOptions,
                      KeyframeOptions, LandmarkOptions, EdgeOptions, FilterOptions, LostOptions,
                      MapperOptions, ServerConfig>();

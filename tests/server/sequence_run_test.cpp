@@ -59,7 +59,7 @@ TEST(SequenceRun, WritesEveryFileAndEveryFigure) {
   const nlohmann::json json = report(options);
   for (const char* key :
        {"frames", "tracked", "coverage", "keyframes", "landmarks", "edges", "starts", "losses",
-        "pose_sources", "reasons", "cpu_s", "wall_s", "peak_rss_mib", "steps"})
+        "rolls_unseen", "pose_sources", "reasons", "cpu_s", "wall_s", "peak_rss_mib", "steps"})
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_EQ(json["frames"], 6);
   for (const char* step : {"decode", "extract", "frame"}) {

@@ -51,7 +51,8 @@ inline Eigen::VectorXd pose_right_side(const InformationFilter& filter,
   return right_side;
 }
 
-// The inverse of the whole matrix with the scale held: all covariances at once.
+// The inverse of the whole matrix with the scale held, times what the filter allows for correlated
+// errors: all covariances at once.
 inline Eigen::MatrixXd dense_covariance(const InformationFilter& filter,
                                         const Eigen::Vector3d& gauge_direction) {
   Dense dense = dense_system(filter);
@@ -59,7 +60,8 @@ inline Eigen::MatrixXd dense_covariance(const InformationFilter& filter,
   const double firm = 1e6 * dense.information.block<3, 3>(3, 3).trace();
   dense.information.block<3, 3>(3, 3) += firm * u * u.transpose();
   const auto size = dense.information.rows();
-  return dense.information.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  return filter.correlation().variance_factor() *
+         dense.information.ldlt().solve(Eigen::MatrixXd::Identity(size, size)).eval();
 }
 
 }  // namespace eifmap::test

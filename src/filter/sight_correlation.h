@@ -1,0 +1,27 @@
+// How far the errors of a feature's sights are from independent.
+//
+// A blob's place drifts as it is seen from elsewhere: of a track's errors, neighbours resemble each
+// other (measured on rendered and recorded images: lag-1 autocorrelation .6 to .75), so that n
+// sights say as much as a fraction of n. The filter counts them all, and its covariances would be
+// too small by the factor that a first-order autoregressive error has, (1 + rho) / (1 - rho).
+#pragma once
+
+#include <vector>
+
+#include "filter/filter_state.h"
+#include "geometry/rigid3.h"
+
+namespace eifmap {
+
+struct SightCorrelation {
+  double rho = 0;  // lag-1 autocorrelation, [0, 0.9]
+  // What covariances must be multiplied by; 1 where errors are independent.
+  double variance_factor() const { return (1 + rho) / (1 - rho); }
+};
+
+// From the residuals left at the mean of tracks of six sights and more, the estimate's own pull on
+// them allowed for. With few such tracks, mostly what is usual.
+SightCorrelation measure_correlation(const std::vector<FilterLandmark>& landmarks,
+                                     const std::vector<Rigid3>& poses);
+
+}  // namespace eifmap

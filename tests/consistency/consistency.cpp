@@ -1,0 +1,117 @@
+// Whether the errors of many runs are as large as their covariances say.
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <opencv2/core/utility.hpp>
+#include <vector>
+
+#include "consistency/judgement.h"
+
+namespace {
+
+using namespace eifmap;
+using namespace eifmap::test;
+
+constexpr int kFailed = 1, kBadOptions = 2, kSkipped = 77;
+
+struct Options {
+  SourceOptions source;
+  int seeds = 30, first_seed = 1;
+  bool paper = false;
+  std::array<double, 2> keyframes{0, 1e9}, final{0, 1e9};
+  double within = 0;
+};
+
+// Sums over the runs.
+struct Totals {
+  int runs = 0;
+  double keyframes = 0, published = 0, final = 0, within = 0, scale_squared = 0;
+};
+
+// Error along the way from the first keyframe, where an error of the scale shows, in sigmas.
+double error_along(const JudgedPose& pose) {
+  const Eigen::Vector3d u = pose.truth.normalized();
+  return u.dot(pose.error.head<3>()) / std::sqrt(u.dot(pose.covariance.topLeftCorner<3, 3>() * u));
+}
+
+bool add_run(const Options& options, int seed, Totals& totals) {
+  const auto source = make_source(options.source, seed);
+  const JudgedRun run =
+      judge_run(*source, options.paper ? MapperOptions::paper() : MapperOptions());
+  if (run.keyframes.empty() || run.published.empty()) {
+    std::printf("seed %d: no map with covariances\n", seed);
+    return false;
+  }
+  const double keyframes = *mean_nees(run.keyframes), published = *mean_nees(run.published);
+  const double final = run.published.back().nees, within = share_within_three_sigma(run.published);
+  const double along = error_along(run.keyframes.back());
+  std::printf(
+      "seed %d: tracked %d of %d, %d losses, NEES of keyframes %.2f, of frames %.2f, of the "
+      "last frame %.2f, within 3 sigma %.3f, along the way %+.2f sigma\n",
+      seed, run.tracked, run.frames, static_cast<int>(run.statistics.losses), keyframes, published,
+      final, within, along);
+  std::fflush(stdout);
+  ++totals.runs;
+  totals.keyframes += keyframes;
+  totals.published += published;
+  totals.final += final;
+  totals.within += within;
+  totals.scale_squared += along * along;
+  return true;
+}
+
+bool inside(const char* what, double value, const std::array<double, 2>& range) {
+  if (value >= range[0] && value <= range[1]) return true;
+  std::printf("FAILED: %s is %.2f, wanted %.2f to %.2f\n", what, value, range[0], range[1]);
+  return false;
+}
+
+int run(const Options& options) {
+  Totals totals;
+  bool good = true;
+  for (int i = 0; i < options.seeds; ++i)
+    good = add_run(options, options.first_seed + i, totals) && good;
+  if (totals.runs == 0) return kFailed;
+  const double n = totals.runs;
+  std::printf(
+      "%s, mean of %d: NEES of keyframes %.2f, of frames %.2f, of the last frame %.2f, "
+      "within 3 sigma %.3f, along the way rms %.2f sigma\n",
+      options.source.world.c_str(), totals.runs, totals.keyframes / n, totals.published / n,
+      totals.final / n, totals.within / n, std::sqrt(totals.scale_squared / n));
+  good = inside("the mean NEES of keyframes", totals.keyframes / n, options.keyframes) && good;
+  good = inside("the mean NEES of the last frame", totals.final / n, options.final) && good;
+  good = inside("the share within 3 sigma", totals.within / n, {options.within, 1}) && good;
+  return good ? 0 : kFailed;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  cv::setNumThreads(1);
+  Options options;
+  CLI::App app("Errors of many runs against their covariances (NEES; 6 is right)", "consistency");
+  app.add_option(
+      "world", options.source.world,
+      "sideways, forward, loop: features only; lap, turn: rendered; or a recorded folder");
+  app.add_option("--seeds", options.seeds, "runs");
+  app.add_option("--first-seed", options.first_seed, "of the first run");
+  app.add_option("--frames", options.source.frames, "of each run; 0: all");
+  app.add_flag("--paper", options.paper, "the published method to the letter");
+  app.add_option("--keyframes", options.keyframes, "expected mean NEES of keyframes: from, to");
+  app.add_option("--last", options.final, "expected mean NEES of the last frame: from, to");
+  app.add_option("--within", options.within, "expected least share within 3 sigma");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const std::string& world = options.source.world;
+    if (world.find('/') != std::string::npos && !std::filesystem::is_directory(world)) {
+      std::printf("skipped: no %s\n", world.c_str());
+      return kSkipped;
+    }
+    return run(options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "consistency: %s\n", error.what());
+    return kBadOptions;
+  }
+}

@@ -1,0 +1,63 @@
+#include "filter/sight_correlation.h"
+
+#include <gtest/gtest.h>
+
+#include "geometry/projection.h"
+#include "support/random.h"
+
+namespace eifmap::test {
+namespace {
+
+// Tracks of `length` sights whose errors follow a first-order autoregression; each point is where
+// its sights have it on average, as an estimate would be.
+SightCorrelation measured(double rho, int length, int tracks) {
+  Random random(static_cast<std::uint64_t>(100 * rho) + 7);
+  std::vector<Rigid3> poses;
+  for (int p = 0; p < length; ++p) poses.push_back(Rigid3({1, 0, 0, 0}, {0.05 * p, 0, 0}));
+  std::vector<FilterLandmark> landmarks;
+  constexpr double kSigma = 1e-3;
+  for (int t = 0; t < tracks; ++t) {
+    FilterLandmark landmark;
+    landmark.position = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(4, 6)};
+    Eigen::Vector2d error = random.normal_vector<2>(), mean = Eigen::Vector2d::Zero();
+    for (int p = 0; p < length; ++p) {
+      PointMeasurement m;
+      m.pose = p;
+      m.sigma = kSigma;
+      EXPECT_TRUE(project(poses[static_cast<std::size_t>(p)], landmark.position, m.x));
+      m.x += kSigma * error;
+      mean += error / length;
+      landmark.measurements.push_back(m);
+      error = rho * error + std::sqrt(1 - rho * rho) * random.normal_vector<2>();
+    }
+    for (PointMeasurement& m : landmark.measurements) m.x -= kSigma * mean;
+    // Sights that joined late come last, whatever their keyframe.
+    std::swap(landmark.measurements.front(), landmark.measurements.back());
+    landmarks.push_back(landmark);
+  }
+  return measure_correlation(landmarks, poses);
+}
+
+TEST(SightCorrelation, IndependentErrorsCountInFull) {
+  for (int length : {8, 12, 25})
+    EXPECT_NEAR(measured(0, length, 3000).variance_factor(), 1, 0.1) << length;
+}
+
+TEST(SightCorrelation, FindsTheAutocorrelation) {
+  for (double rho : {0.3, 0.6, 0.75})
+    for (int length : {12, 25}) EXPECT_NEAR(measured(rho, length, 3000).rho, rho, 0.1) << rho;
+}
+
+TEST(SightCorrelation, NeverPromisesMoreThanIndependence) {
+  EXPECT_EQ(measured(-0.5, 12, 3000).variance_factor(), 1);
+}
+
+TEST(SightCorrelation, TakesTheUsualUntilTheMapCanTell) {
+  const double usual = measure_correlation({}, {}).rho;
+  EXPECT_GT(usual, 0.3);
+  EXPECT_GT(measured(0, 12, 3).rho, 0.5 * usual);
+  EXPECT_EQ(measured(0, 5, 3000).rho, usual);  // too short to show it
+}
+
+}  // namespace
+}  // namespace eifmap::test
