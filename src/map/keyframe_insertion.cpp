@@ -59,30 +59,42 @@ double sigma_centre(const Tracking& tracking) {
       0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(centre).eigenvalues().maxCoeff()));
 }
 
-double median_sight_depth(const Map& map, const Tracking& tracking) {
+// From the pose to those of the sights' features that still are landmarks.
+double median_sight_depth(const Map& map, const Rigid3& world_from_camera,
+                          const std::vector<LandmarkSight>& sights) {
   std::vector<double> depths;
-  const Rigid3 camera_from_world = tracking.world_from_camera.inverse();
-  for (const LandmarkSight& sight : tracking.sights)
-    depths.push_back((camera_from_world * map.position(sight.track)).z());
+  const Rigid3 camera_from_world = world_from_camera.inverse();
+  for (const LandmarkSight& sight : sights)
+    if (map.track(sight.track).is_landmark())
+      depths.push_back((camera_from_world * map.position(sight.track)).z());
   return take_median(depths);
 }
 
 // What the filter made of the new keyframe against what tracking had measured. The one silent
 // catastrophe of monocular mapping is a map whose scale jumps: then the filter moves the keyframe
-// far along its baseline, or throws out most of what it was tracked by.
-Reason judge_update(const Map& map, int keyframe, const Tracking& tracking,
-                    const Rigid3& reference_before, const FilterUpdate& update) {
+// far along its baseline, moves what it was tracked by nearer or further as a whole, or throws out
+// most of it. `before`: as of before the update.
+struct Before {
+  Rigid3 reference;
+  double depth = 0;  // median, of the sights
+};
+Reason judge_update(const Map& map, int keyframe, const Tracking& tracking, const Before& before,
+                    const FilterUpdate& update) {
   if (update.reason != Reason::kNone) return update.reason;
   constexpr double kJump = 1.5, kShortBaseline = 0.02;  // the latter relative to the depth
   const auto dropped = std::count_if(update.dropped.begin(), update.dropped.end(),
                                      [keyframe](const auto& d) { return d.pose == keyframe; });
   if (2 * dropped > static_cast<std::ptrdiff_t>(tracking.sights.size())) return Reason::kScaleJump;
-  const double before =
-      (tracking.world_from_camera.translation - reference_before.translation).norm();
-  const double after =
+  const auto jumped = [](double a, double b) { return a > kJump * b || b > kJump * a; };
+  if (jumped(median_sight_depth(map, map.pose(keyframe), tracking.sights), before.depth))
+    return Reason::kScaleJump;
+  const double expected =
+      (tracking.world_from_camera.translation - before.reference.translation).norm();
+  const double baseline =
       (map.pose(keyframe).translation - map.pose(tracking.reference).translation).norm();
-  if (std::max(before, after) < kShortBaseline * map.median_depth(keyframe)) return Reason::kNone;
-  return after > kJump * before || before > kJump * after ? Reason::kScaleJump : Reason::kNone;
+  if (std::max(expected, baseline) < kShortBaseline * map.median_depth(keyframe))
+    return Reason::kNone;
+  return jumped(expected, baseline) ? Reason::kScaleJump : Reason::kNone;
 }
 
 }  // namespace
@@ -92,7 +104,7 @@ bool wants_keyframe(const Map& map, const Tracking& tracking, const MapperOption
   if (inliers < options.keyframe.min_inliers) return false;
   const Rigid3& reference = map.pose(tracking.reference);
   const double baseline = (tracking.world_from_camera.translation - reference.translation).norm();
-  const double depth = median_sight_depth(map, tracking);
+  const double depth = median_sight_depth(map, tracking.world_from_camera, tracking.sights);
   if (sigma_centre(tracking) > std::max(0.1 * baseline, 0.01 * depth)) return false;
   const double haste = inliers < options.keyframe.few_tracked ? 0.5 : 1;
   if (baseline > haste * options.keyframe.max_baseline_ratio * depth) return true;
@@ -102,7 +114,8 @@ bool wants_keyframe(const Map& map, const Tracking& tracking, const MapperOption
 
 Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& tracking,
                           const MapperOptions& options) {
-  const Rigid3 reference_before = map.pose(tracking.reference);
+  const Before before{map.pose(tracking.reference),
+                      median_sight_depth(map, tracking.world_from_camera, tracking.sights)};
   const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);
   for (const LandmarkSight& sight : tracking.sights)
     map.add_sight(sight.track, {k, sight.keypoint});
@@ -110,7 +123,7 @@ Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& trac
   extend_tracks(map, k, options,
                 {sigma_centre(tracking), options.landmark.promote_omega_p && !has_edge});
   const FilterUpdate update = map.update();
-  const Reason reason = judge_update(map, k, tracking, reference_before, update);
+  const Reason reason = judge_update(map, k, tracking, before, update);
   cull(map, k);
   return {k, reason};
 }
