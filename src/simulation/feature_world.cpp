@@ -95,6 +95,9 @@ std::string FeatureWorldOptions::problem() const {
   if (features < 1 || features > 10000) return "feature world: features must be 1 to 10000";
   if (!(noise_px >= 0 && noise_px <= 100)) return "feature world: noise_px must be 0 to 100";
   if (!(sigma_px > 0 && sigma_px <= 100)) return "feature world: sigma_px must be in (0, 100]";
+  if (!(drift_px >= 0 && drift_px <= 100)) return "feature world: drift_px must be 0 to 100";
+  if (!(drift_angle_deg > 0 && drift_angle_deg <= 180))
+    return "feature world: drift_angle_deg must be in (0, 180]";
   if (!(repeatability >= 0 && repeatability <= 1))
     return "feature world: repeatability must be 0 to 1";
   if (!(wrong_share >= 0 && wrong_share <= 1)) return "feature world: wrong_share must be 0 to 1";
@@ -140,9 +143,30 @@ Rigid3 FeatureWorld::world_from_camera(int i) const {
   return middle * Rigid3(so3_exp(shake), sway);
 }
 
+// A smooth random function of the viewing direction, of a point's own: a few random waves, whose
+// sum is close to a Gaussian process with a squared-exponential covariance (A. Rahimi, B. Recht,
+// NIPS 2007).
+Eigen::Vector2d FeatureWorld::drift(int point, const Vector3d& camera_centre) const {
+  if (options_.drift_px == 0) return Eigen::Vector2d::Zero();
+  constexpr int kWaves = 8;
+  Random random(static_cast<std::uint64_t>(options_.seed) * 7'919 +
+                static_cast<std::uint64_t>(point));
+  const Vector3d direction = (points_[point] - camera_centre).normalized();
+  const double per_radian = 180 / (std::numbers::pi * options_.drift_angle_deg);
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int wave = 0; wave < kWaves; ++wave) {
+    const double phase = per_radian * random.normal_vector<3>().dot(direction) +
+                         random.uniform(0, 2 * std::numbers::pi);
+    const double way = random.uniform(0, 2 * std::numbers::pi);
+    sum += std::cos(phase) * Eigen::Vector2d(std::cos(way), std::sin(way));
+  }
+  return options_.drift_px * std::sqrt(4.0 / kWaves) * sum;
+}
+
 SimulatedFeatures FeatureWorld::frame(int i) const {
   Random random(static_cast<std::uint64_t>(options_.seed) * 1'000'003 +
                 static_cast<std::uint64_t>(i) + 1);
+  const Vector3d centre = world_from_camera(i).translation;
   const Rigid3 camera_from_world = world_from_camera(i).inverse();
   SimulatedFeatures out;
   FeatureFrame& frame = out.frame;
@@ -161,7 +185,7 @@ SimulatedFeatures FeatureWorld::frame(int i) const {
     const double scale = camera_.fx * size_[k] / x.z();
     if (scale < kSmallest || scale > kLargest) continue;
     const Eigen::Vector2d pixel = camera_.pixel_from_normalized(x.hnormalized()) +
-                                  options_.noise_px * random.normal_vector<2>();
+                                  options_.noise_px * random.normal_vector<2>() + drift(k, centre);
     if (random.uniform() >= options_.repeatability || pixel.minCoeff() < 0 ||
         pixel.x() > camera_.width - 1 || pixel.y() > camera_.height - 1)
       continue;

@@ -24,6 +24,9 @@ struct FeatureWorldOptions {
   double noise_px = 0.5;  // standard deviation of a keypoint's place, each axis
   // What keypoints claim. With the mapper's sigma_factor it should make the noise.
   double sigma_px = 0.25;
+  // A blob is not a point: seen from elsewhere its middle is another. Standard deviation of that
+  // displacement, each axis, and how far the viewing direction must turn to make it a new one.
+  double drift_px = 0, drift_angle_deg = 6;
   double repeatability = 0.85;  // chance that a point in view gives a keypoint
   double wrong_share = 0.05;    // of the keypoints: they wear the descriptor of another
   int max_features = 1000;      // the strongest are kept
@@ -53,6 +56,7 @@ class FeatureWorld {
 
  private:
   void check(int i) const;
+  Eigen::Vector2d drift(int point, const Eigen::Vector3d& camera_centre) const;  // px
 
   FeatureWorldOptions options_;
   Camera camera_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 #include <vector>
 
@@ -22,6 +24,7 @@ struct Options {
   bool paper = false;
   std::array<double, 2> keyframes{0, 1e9}, final{0, 1e9};
   double within = 0;
+  std::string json;
 };
 
 // Sums over the runs.
@@ -68,6 +71,24 @@ bool inside(const char* what, double value, const std::array<double, 2>& range) 
   return false;
 }
 
+bool write_json(const Options& options, const Totals& totals) {
+  const double n = totals.runs;
+  const nlohmann::ordered_json json = {
+      {"world", options.source.world},
+      {"paper", options.paper},
+      {"runs", totals.runs},
+      {"nees_keyframes", totals.keyframes / n},
+      {"nees_frames", totals.published / n},
+      {"nees_last_frame", totals.final / n},
+      {"within_three_sigma", totals.within / n},
+      {"along_the_way_rms_sigma", std::sqrt(totals.scale_squared / n)}};
+  std::ofstream out(options.json);
+  out << json.dump(2) << '\n';
+  if (out) return true;
+  std::fprintf(stderr, "consistency: cannot write %s\n", options.json.c_str());
+  return false;
+}
+
 int run(const Options& options) {
   Totals totals;
   bool good = true;
@@ -83,6 +104,7 @@ int run(const Options& options) {
   good = inside("the mean NEES of keyframes", totals.keyframes / n, options.keyframes) && good;
   good = inside("the mean NEES of the last frame", totals.final / n, options.final) && good;
   good = inside("the share within 3 sigma", totals.within / n, {options.within, 1}) && good;
+  if (!options.json.empty()) good = write_json(options, totals) && good;
   return good ? 0 : kFailed;
 }
 
@@ -98,6 +120,11 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", options.seeds, "runs");
   app.add_option("--first-seed", options.first_seed, "of the first run");
   app.add_option("--frames", options.source.frames, "of each run; 0: all");
+  app.add_option("--drift-px", options.source.drift_px,
+                 "features only: how far a point's place drifts with the viewing direction");
+  app.add_option("--cache", options.source.cache,
+                 "folder that keeps the rendered images; empty it when the simulation changes");
+  app.add_option("--json", options.json, "file for the means");
   app.add_flag("--paper", options.paper, "the published method to the letter");
   app.add_option("--keyframes", options.keyframes, "expected mean NEES of keyframes: from, to");
   app.add_option("--last", options.final, "expected mean NEES of the last frame: from, to");

@@ -34,6 +34,7 @@ class FeatureSource : public FrameSource {
     if (options.frames > 0) world.num_frames = options.frames;
     world.noise_px = options.noise_px;
     world.sigma_px = options.noise_px / MapperOptions().sigma_factor;
+    world.drift_px = options.drift_px;
     world.wrong_share = options.wrong_share;
     world.seed = seed;
     return world;
@@ -71,9 +72,8 @@ class RenderedSource : public FrameSource {
   cv::Mat image(int i) const {
     if (folder_.empty()) return world_.render(i);
     const std::string file = (folder_ / (std::to_string(i) + ".png")).string();
-    cv::Mat image = cv::imread(file, cv::IMREAD_GRAYSCALE);
-    if (!image.empty()) return image;
-    image = world_.render(i);
+    if (std::filesystem::exists(file)) return cv::imread(file, cv::IMREAD_GRAYSCALE);
+    const cv::Mat image = world_.render(i);
     cv::imwrite(file, image, {cv::IMWRITE_PNG_COMPRESSION, 1});
     return image;
   }

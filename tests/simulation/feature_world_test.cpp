@@ -57,6 +57,42 @@ TEST(FeatureWorld, GivesFramesThatTheMapperTakesAndTheSameTwice) {
   }
 }
 
+// How far points are from where they are, by point.
+std::map<int, Eigen::Vector2d> displacements(const FeatureWorld& world, int i) {
+  const SimulatedFeatures seen = world.frame(i);
+  const Rigid3 camera_from_world = world.world_from_camera(i).inverse();
+  std::map<int, Eigen::Vector2d> displacements;
+  for (std::size_t k = 0; k < seen.point.size(); ++k) {
+    const Eigen::Vector3d x = camera_from_world * world.points()[seen.point[k]];
+    const Keypoint& keypoint = seen.frame.keypoints[k];
+    displacements[seen.point[k]] = Eigen::Vector2d(keypoint.u, keypoint.v) -
+                                   world.camera().pixel_from_normalized(x.hnormalized());
+  }
+  return displacements;
+}
+
+// Of the size that was asked for; much the same in the next image, and another from elsewhere.
+TEST(FeatureWorld, PointsDriftWithTheViewingDirection) {
+  FeatureWorldOptions options;
+  options.noise_px = 0;
+  options.drift_px = 0.4;
+  const FeatureWorld world(options);
+  const auto correlation = [&world](int lag) {
+    double products = 0, squares = 0, count = 0;
+    for (int i = 0; i + lag < world.num_frames(); i += 7) {
+      const auto then = displacements(world, i + lag);
+      for (const auto& [point, d] : displacements(world, i)) {
+        if (!then.contains(point)) continue;
+        products += d.dot(then.at(point)), squares += d.squaredNorm(), ++count;
+      }
+    }
+    EXPECT_NEAR(std::sqrt(squares / (2 * count)), 0.4, 0.04);
+    return products / squares;
+  };
+  EXPECT_GT(correlation(1), 0.9);   // .12 m at 4-10 m: 1 degree
+  EXPECT_LT(correlation(15), 0.3);  // 15 degrees
+}
+
 std::map<int, std::vector<std::int8_t>> looks(const SimulatedFeatures& seen) {
   std::map<int, std::vector<std::int8_t>> looks;
   for (std::size_t k = 0; k < seen.point.size(); ++k) {
