@@ -56,8 +56,11 @@ Features FeatureExtractor::extract(const cv::Mat& gray, const Camera& camera) {
 }
 
 Features FeatureExtractor::extract_levelled(const cv::Mat& gray, const Camera& camera) {
-  if (const std::string problem = camera.problem(); !problem.empty())
-    throw std::invalid_argument("features: camera: " + problem);
+  if (camera.id() != checked_camera_) {
+    if (const std::string problem = camera.problem(); !problem.empty())
+      throw std::invalid_argument("features: camera: " + problem);
+    checked_camera_ = camera.id();
+  }
   const SurfImage image(gray, options_.surf);
   const auto describe = [&image](std::vector<Keypoint> keypoints, float angle) {
     for (Keypoint& k : keypoints) k.angle = angle;

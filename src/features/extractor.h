@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
 #include <utility>
@@ -64,6 +65,7 @@ class FeatureExtractor {
 
   FeatureOptions options_;
   RollFollower roll_;
+  std::int64_t checked_camera_ = 0;  // id of the last one: usable
 };
 
 }  // namespace eifmap

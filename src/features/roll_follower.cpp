@@ -61,10 +61,13 @@ RollFollower::Strongest::Strongest(const Features& features, const Camera& camer
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
     const Keypoint& k = features.keypoints[i];
-    if (counts[group_of(k)]++ >= kPerSign) continue;
+    if (counts[group_of(k)] >= kPerSign) continue;
+    const Eigen::Vector2d x = camera.normalized_from_pixel({k.u, k.v});
+    if (!x.allFinite()) continue;  // beyond kMaxViewAngle
+    ++counts[group_of(k)];
     indices.push_back(i);
     keypoints.push_back(k);
-    bearings.push_back(camera.normalized_from_pixel({k.u, k.v}).homogeneous().normalized());
+    bearings.push_back(x.homogeneous().normalized());
   }
   set_descriptors(descriptors_of(features, indices));
 }

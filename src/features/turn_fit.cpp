@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "geometry/rigid3.h"
+#include "geometry/robust.h"
 
 namespace eifmap {
 namespace {
@@ -19,23 +20,10 @@ using Vector5d = Eigen::Matrix<double, 5, 1>;
 
 constexpr int kMinPairs = 8;
 constexpr int kRotationRounds = 8, kEpipolarRounds = 8;
-constexpr double kBisquare = 4.685;  // 95 % efficient on normal residuals
 constexpr double kGoodSpread = 1.5;  // of the noise
 constexpr double kInlierSigma = 3;   // of a residual of the last fit
-constexpr double kToSigma = 1.4826;  // from a median of magnitudes
 constexpr double kSmallStep = 1e-4;  // rad: after it the residuals stay as they are
 constexpr double kDamping = 1e-6;    // of the translation's direction, which may be unknown
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double weight_of(double residual, double limit) {
-  const double v = 1 - residual * residual / (limit * limit);
-  return v > 0 ? v * v : 0;
-}
 
 // The rotation that minimizes sum w |a - R b|^2.
 Matrix3d closest_rotation(std::span<const BearingPair> pairs, const std::vector<double>& weights) {
@@ -60,14 +48,15 @@ Vector3d first_direction(std::span<const BearingPair> pairs, const std::vector<d
 
 Turn start_without_parallax(std::span<const BearingPair> pairs, double noise) {
   std::vector<double> weights(pairs.size(), 1);
-  std::vector<double> sizes(pairs.size());
+  std::vector<double> sizes(pairs.size()), magnitudes;
   Matrix3d rotation = Matrix3d::Identity();
   for (int round = 0; round < kRotationRounds; ++round) {
     rotation = closest_rotation(pairs, weights);
     for (std::size_t k = 0; k < pairs.size(); ++k)
       sizes[k] = (pairs[k].a - rotation * pairs[k].b).norm();
-    const double limit = kBisquare * std::max(noise, median(sizes));
-    for (std::size_t k = 0; k < pairs.size(); ++k) weights[k] = weight_of(sizes[k], limit);
+    magnitudes = sizes;
+    const double limit = kBisquare * std::max(noise, take_median(magnitudes));
+    for (std::size_t k = 0; k < pairs.size(); ++k) weights[k] = bisquare_weight(sizes[k], limit);
   }
   return {rotation, first_direction(pairs, weights, rotation)};
 }
@@ -92,13 +81,6 @@ Residual residual_of(const BearingPair& pair, const Turn& turn,
   return residual;
 }
 
-Eigen::Matrix<double, 3, 2> basis_of(const Vector3d& direction) {
-  Eigen::Matrix<double, 3, 2> basis;
-  basis.col(0) = direction.unitOrthogonal();
-  basis.col(1) = direction.cross(basis.col(0));
-  return basis;
-}
-
 // Evenly over the sphere, of which a direction and its opposite are the same here.
 std::array<Vector3d, 7> other_directions() {
   return {Vector3d::UnitX(),
@@ -116,17 +98,17 @@ double fit_epipolar(std::span<const BearingPair> pairs, double noise, Turn& turn
   std::vector<double> sizes(pairs.size());
   double sigma = noise;
   for (int round = 0;; ++round) {
-    const Eigen::Matrix<double, 3, 2> basis = basis_of(turn.direction);
+    const Eigen::Matrix<double, 3, 2> basis = sphere_basis(turn.direction);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       residuals[k] = residual_of(pairs[k], turn, basis);
       sizes[k] = std::abs(residuals[k].value);
     }
-    sigma = std::max(noise, kToSigma * median(sizes));
+    sigma = std::max(noise, kSpreadFromMedian1d * take_median(sizes));
     if (round == kEpipolarRounds) return sigma;
     Matrix5d information = Matrix5d::Zero();
     Vector5d gradient = Vector5d::Zero();
     for (const Residual& r : residuals) {
-      const double weight = weight_of(r.value, kBisquare * sigma);
+      const double weight = bisquare_weight(r.value, kBisquare * sigma);
       if (weight == 0) continue;
       information += weight * r.gradient * r.gradient.transpose();
       gradient -= weight * r.value * r.gradient;
@@ -135,7 +117,7 @@ double fit_epipolar(std::span<const BearingPair> pairs, double noise, Turn& turn
     const Vector5d step = information.ldlt().solve(gradient);
     if (!step.allFinite()) return sigma;
     turn.rotation = turn.rotation * so3_exp(step.head<3>()).toRotationMatrix();
-    turn.direction = (turn.direction + basis * step.tail<2>()).normalized();
+    turn.direction = sphere_retract(turn.direction, step.tail<2>());
     if (step.norm() < kSmallStep) return sigma;
   }
 }
@@ -158,7 +140,7 @@ TurnFit fit_turn(std::span<const BearingPair> pairs, double noise,
     fit.turn = other;
     fit.sigma = sigma;
   }
-  const Eigen::Matrix<double, 3, 2> basis = basis_of(fit.turn.direction);
+  const Eigen::Matrix<double, 3, 2> basis = sphere_basis(fit.turn.direction);
   for (const BearingPair& pair : pairs)
     fit.num_inliers +=
         std::abs(residual_of(pair, fit.turn, basis).value) < kInlierSigma * fit.sigma;

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "geometry/projection.h"
-#include "motion/robust.h"
+#include "geometry/robust.h"
 
 namespace eifmap {
 namespace {

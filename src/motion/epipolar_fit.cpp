@@ -1,8 +1,8 @@
 #include "motion/epipolar_fit.h"
 
 #include "geometry/rigid3.h"
+#include "geometry/robust.h"
 #include "motion/epipolar_geometry.h"
-#include "motion/robust.h"
 
 namespace eifmap {
 

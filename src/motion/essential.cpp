@@ -5,8 +5,8 @@
 #include <array>
 #include <opencv2/calib3d.hpp>
 
+#include "geometry/robust.h"
 #include "motion/epipolar_geometry.h"
-#include "motion/robust.h"
 
 namespace eifmap {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "motion/robust.h"
+#include "geometry/robust.h"
 
 namespace eifmap {
 namespace {
@@ -69,7 +69,7 @@ Homography fit_homography(std::span<const Correspondence> matches,
 
     auto error = errors.begin();
     std::vector<double> sizes = errors;
-    const double limit = 4.685 * std::max(1.0, kSpreadFromMedian2d * take_median(sizes));
+    const double limit = kBisquare * std::max(1.0, kSpreadFromMedian2d * take_median(sizes));
     for (std::size_t k = 0; k < matches.size(); ++k)
       if (chosen[k]) weights[k] = bisquare_weight(*error++, limit);
   }

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "geometry/rigid3.h"
+#include "geometry/robust.h"
 #include "motion/epipolar_fit.h"
 #include "motion/epipolar_geometry.h"
-#include "motion/robust.h"
 
 namespace eifmap {
 namespace {
@@ -52,9 +52,8 @@ void minimize(std::span<const Correspondence> matches, const Members& members, R
   constexpr int kSpreadSteps = 5, kSteps = 25;
   double damping = 1e-4;
   for (int iteration = 0; iteration < kSteps; ++iteration) {
-    if (iteration < kSpreadSteps)
-      spread = spread_of(matches, members, pose, kPoseBisquare * spread);
-    const double limit = kPoseBisquare * spread;
+    if (iteration < kSpreadSteps) spread = spread_of(matches, members, pose, kBisquare * spread);
+    const double limit = kBisquare * spread;
     const EpipolarNormal normal = linearize(matches, members, pose, limit);
     Matrix5d damped = normal.information;
     damped.diagonal() *= 1 + damping;
@@ -119,7 +118,7 @@ bool refine_relative_pose(std::span<const Correspondence> matches, RelativePose&
   for (int round = 0; round < kRounds; ++round) {
     members = allowed;
     drop_behind(matches, pose, members);
-    if (!bound_leverage(matches, pose, kPoseBisquare * spread, members)) return false;
+    if (!bound_leverage(matches, pose, kBisquare * spread, members)) return false;
     minimize(matches, members, pose, spread);
   }
   drop_behind(matches, pose, members);

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "geometry/rigid3.h"
+#include "geometry/robust.h"
 #include "motion/relative_pose.h"
-#include "motion/robust.h"
 #include "motion/sampler.h"
 
 namespace eifmap {

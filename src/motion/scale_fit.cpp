@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "motion/robust.h"
+#include "geometry/robust.h"
 
 namespace eifmap {
 namespace {

@@ -7,21 +7,15 @@
 #include <tuple>
 
 #include "features/images.h"
+#include "features/same_features.h"
 
 namespace eifmap {
 namespace {
 
+using testing::same;
+
 cv::Mat textured(unsigned seed) {
   return testing::view(testing::Texture(seed), 320, 240, Eigen::Matrix3d::Identity(), 1.5, seed);
-}
-
-bool same(const Features& a, const Features& b) {
-  const auto fields = [](const Keypoint& k) {
-    return std::tuple(k.u, k.v, k.sigma_px, k.scale, k.angle, k.response, k.laplacian_sign);
-  };
-  return a.descriptors == b.descriptors &&
-         std::equal(a.keypoints.begin(), a.keypoints.end(), b.keypoints.begin(), b.keypoints.end(),
-                    [&](const Keypoint& x, const Keypoint& y) { return fields(x) == fields(y); });
 }
 
 TEST(Sift, FeaturesAreWhatTheFrameSays) {

@@ -8,9 +8,12 @@
 #include "features/extractor.h"
 #include "features/images.h"
 #include "features/matcher.h"
+#include "features/same_features.h"
 
 namespace eifmap {
 namespace {
+
+using testing::same;
 
 cv::Mat textured(int width, int height, unsigned seed, double contrast = 1) {
   const testing::Texture texture(seed);
@@ -21,15 +24,6 @@ cv::Mat textured(int width, int height, unsigned seed, double contrast = 1) {
 Features extract(const cv::Mat& image, FeatureOptions options = {}) {
   options.extractor = ExtractorKind::kSurfUpright;
   return FeatureExtractor(options).extract(image, {});
-}
-
-bool same(const Features& a, const Features& b) {
-  const auto fields = [](const Keypoint& k) {
-    return std::tuple(k.u, k.v, k.sigma_px, k.scale, k.angle, k.response, k.laplacian_sign);
-  };
-  return a.descriptors == b.descriptors &&
-         std::equal(a.keypoints.begin(), a.keypoints.end(), b.keypoints.begin(), b.keypoints.end(),
-                    [&](const Keypoint& x, const Keypoint& y) { return fields(x) == fields(y); });
 }
 
 TEST(Surf, FeaturesAreWhatTheFrameSays) {

@@ -12,6 +12,9 @@ namespace eifmap {
 inline constexpr double kSpreadFromMedian1d = 1.4826;
 inline constexpr double kSpreadFromMedian2d = 0.8493;
 
+// Tuning constant of the bisquare: 95 % efficient on normal residuals.
+inline constexpr double kBisquare = 4.685;
+
 // 1 at residual 0, falling to 0 at +-limit and staying there.
 inline double bisquare_weight(double residual, double limit) {
   const double u = residual / limit;
@@ -24,6 +27,13 @@ inline double bisquare_cost(double residual, double limit) {
   const double u = residual / limit;
   const double v = std::max(0.0, 1 - u * u);
   return limit * limit / 6 * (1 - v * v * v);
+}
+
+// The second derivative of that cost; negative from limit / sqrt(5) on.
+inline double bisquare_curvature(double residual, double limit) {
+  const double u = residual / limit;
+  const double v = 1 - u * u;
+  return v > 0 ? v * (1 - 5 * u * u) : 0;
 }
 
 // The upper median; 0 of nothing. Reorders `values`.
