@@ -13,8 +13,6 @@ using Matrix5d = Eigen::Matrix<double, 5, 5>;
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using RowVector5d = Eigen::Matrix<double, 1, 5>;
 
-inline constexpr double kPoseBisquare = 4.685;  // 95 % efficient on normal residuals
-
 // A match that takes part.
 struct EpipolarMember {
   std::size_t match;
@@ -47,9 +45,14 @@ bool set_linear_covariance(std::span<const Correspondence> matches,
 
 // [WD10] III-A: the Unscented transform of the 4 N numbers measured. Each sigma point moves one of
 // them by +-sqrt(3) standard deviations (S. Julier, J. Uhlmann: n + kappa = 3), and the pose is
-// refined anew from where it is, members and their trust fixed. Costs 8 N refinements.
+// refined anew from where it is, members and their trust fixed. Costs about 8 N passes over the
+// matches.
 bool set_unscented_covariance(std::span<const Correspondence> matches,
                               const std::vector<EpipolarMember>& members, double spread,
                               RelativePose& pose);
+
+// The greater standard deviation of the direction, from the pose's covariance; false when not
+// finite.
+bool set_sigma_direction(RelativePose& pose);
 
 }  // namespace eifmap

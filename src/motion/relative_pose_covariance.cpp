@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/rigid3.h"
+#include "geometry/robust.h"
 #include "motion/epipolar_fit.h"
 #include "motion/epipolar_geometry.h"
-#include "motion/robust.h"
 
 namespace eifmap {
 namespace {
@@ -15,6 +14,8 @@ namespace {
 // EpipolarGeometry::jacobian_noise) before the covariance stops growing.
 constexpr double kMaxNoiseShare = 0.8;
 
+}  // namespace
+
 bool set_sigma_direction(RelativePose& pose) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> of_direction(
       pose.covariance.bottomRightCorner<2, 2>(), Eigen::EigenvaluesOnly);
@@ -22,28 +23,10 @@ bool set_sigma_direction(RelativePose& pose) {
   return std::isfinite(pose.sigma_direction);
 }
 
-// Gauss-Newton from a solution whose data has changed a little.
-RelativePose refine_again(std::span<const Correspondence> matches,
-                          const std::vector<EpipolarMember>& members, RelativePose pose,
-                          double limit) {
-  constexpr int kSteps = 6;
-  for (int k = 0; k < kSteps; ++k) {
-    const EpipolarNormal normal = linearize(matches, members, pose, limit);
-    const Vector5d step = normal.information.ldlt().solve(normal.gradient);
-    if (!step.allFinite()) break;
-    pose = moved(pose, step);
-    // A thousandth of the standard deviation that one sigma point stands for.
-    if (step.dot(normal.gradient) * static_cast<double>(members.size()) < 1e-6) break;
-  }
-  return pose;
-}
-
-}  // namespace
-
 bool set_linear_covariance(std::span<const Correspondence> matches,
                            const std::vector<EpipolarMember>& members, double spread,
                            RelativePose& pose) {
-  const double limit = kPoseBisquare * spread;
+  const double limit = kBisquare * spread;
   const Eigen::LLT<Matrix5d> measured(linearize(matches, members, pose, limit).information);
   if (measured.info() != Eigen::Success || !(measured.rcond() > 1e-12)) return false;
   Matrix5d noise = Matrix5d::Zero();
@@ -61,44 +44,6 @@ bool set_linear_covariance(std::span<const Correspondence> matches,
   const Matrix5d root =
       measured.matrixU().solve(Matrix5d(solver.eigenvectors() * kept.cwiseInverse().asDiagonal()));
   pose.covariance = std::max(1.0, spread * spread) * root * root.transpose();
-  return set_sigma_direction(pose);
-}
-
-bool set_unscented_covariance(std::span<const Correspondence> matches,
-                              const std::vector<EpipolarMember>& members, double spread,
-                              RelativePose& pose) {
-  const double claimed = std::max(1.0, spread);
-  const double limit = kPoseBisquare * claimed;
-  const Eigen::LLT<Matrix5d> measured(linearize(matches, members, pose, limit).information);
-  if (measured.info() != Eigen::Success || !(measured.rcond() > 1e-12)) return false;
-  // Where the data as it is has its minimum: a step of the last refinement left there would show in
-  // every sigma point.
-  const RelativePose centre = refine_again(matches, members, pose, limit);
-  const double length = std::sqrt(3.0) * claimed;
-  const Eigen::Matrix<double, 3, 2> basis = sphere_basis(pose.direction);
-  std::vector<Correspondence> disturbed(matches.begin(), matches.end());
-  Matrix5d sum = Matrix5d::Zero();
-  const auto add = [&](double& number, double change) {
-    const double before = number;
-    number += change;
-    const RelativePose image = refine_again(disturbed, members, centre, limit);
-    Vector5d step;
-    step << so3_log(centre.i_from_j.conjugate() * image.i_from_j),
-        basis.transpose() * (image.direction - centre.direction);
-    sum.noalias() += step * step.transpose();
-    number = before;
-  };
-  for (const EpipolarMember& m : members) {
-    Correspondence& match = disturbed[m.match];
-    for (const double side : {-length, length})
-      for (const int axis : {0, 1}) {
-        add(match.x_i[axis], side * match.sigma_i);
-        add(match.x_j[axis], side * match.sigma_j);
-      }
-  }
-  // About the centre's own image and not the mean, whose weight 1 - 4 N / 3 is far below 0 (the
-  // modified form of Julier and Uhlmann, which cannot be indefinite).
-  pose.covariance = sum / 6;
   return set_sigma_direction(pose);
 }
 

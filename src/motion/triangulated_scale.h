@@ -12,15 +12,15 @@
 namespace eifmap {
 
 // A map feature seen in both images.
-struct DepthRatio {
-  Eigen::Vector3d point;     // world
-  Eigen::Vector2d x_i, x_j;  // normalized image coordinates
+struct SeenTwice {
+  Eigen::Vector3d point;  // world
+  Correspondence match;
 };
 
 // The pose of j at the median of the features' ratios of depth; nothing when fewer than half of
 // them, or none, can be triangulated in front of both cameras. One median and no second thought:
 // plain on purpose.
 std::optional<Rigid3> place_by_triangulation(const Rigid3& world_from_i, const RelativePose& pose,
-                                             const std::vector<DepthRatio>& features);
+                                             const std::vector<SeenTwice>& features);
 
 }  // namespace eifmap

@@ -38,13 +38,6 @@ RelativePose refine(const TwoViews& views, RelativePoseCovariance covariance) {
   return pose;
 }
 
-Vector5d error_of(const RelativePose& pose, const TwoViews& views) {
-  Vector5d error;
-  error << so3_log(pose.i_from_j.conjugate() * views.i_from_j.rotation),
-      test::sphere_local(pose.direction, views.i_from_j.translation.normalized());
-  return error;
-}
-
 // Variances of `a` in units of `b` along their common axes; all 1 where they are the same.
 Vector5d ratios(const Matrix5d& a, const Matrix5d& b) {
   return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d>(a, b, Eigen::EigenvaluesOnly)
@@ -59,8 +52,7 @@ TEST_P(UnscentedOn, IsHonest) {
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const TwoViews views = two_views({kTurn, GetParam().step}, GetParam().scene, seed);
     const RelativePose pose = refine(views, RelativePoseCovariance::kUnscented);
-    const Vector5d error = error_of(pose, views);
-    sum += error.dot(pose.covariance.llt().solve(error));
+    sum += test::nees(pose, views);
   }
   RecordProperty("nees", std::to_string(sum / kSeeds));
   EXPECT_GT(sum / kSeeds, 4);  // 5, standard error sqrt(10 / 120) = .29
@@ -95,7 +87,7 @@ TEST_P(UnscentedOn, ForetellsTheScatterOfNewNoise) {
       noisy.matches[k].x_j = m.x_j + m.sigma_j * random.normal_vector<2>();
     }
     const RelativePose pose = refine(noisy, RelativePoseCovariance::kLinear);
-    const Vector5d error = error_of(pose, truth);
+    const Vector5d error = test::error_of(pose, truth);
     scatter += error * error.transpose() / kDraws;
     if (draw >= kForetold) continue;
     linear += pose.covariance / kForetold;
