@@ -44,6 +44,14 @@ struct FrameResult {
   bool map_updated = false;  // Mapper::map_update() has news
 };
 
+// Users are given a pose's covariance as of (centre, rotation); inside it is of (rotation, centre).
+inline Eigen::Matrix<double, 6, 6> centre_first(const Eigen::Matrix<double, 6, 6>& rotation_first) {
+  Eigen::Matrix<double, 6, 6> out;
+  out << rotation_first.bottomRightCorner<3, 3>(), rotation_first.bottomLeftCorner<3, 3>(),
+      rotation_first.topRightCorner<3, 3>(), rotation_first.topLeftCorner<3, 3>();
+  return out;
+}
+
 // A covariance that nobody can tell is this: never zero or identity.
 template <int N>
 Eigen::Matrix<double, N, N> unknown_covariance() {
@@ -85,15 +93,6 @@ struct MapUpdate {
 struct TimedPose {
   std::int64_t time_us = 0;
   Rigid3 world_from_camera;
-};
-
-// A keyframe as the map now has it.
-struct KeyframeEstimate {
-  std::int64_t time_us = 0;
-  Rigid3 map_from_camera;
-  CovarianceStatus covariance_status = CovarianceStatus::kNone;
-  // Marginal, in the map's gauge, in the wire's order as FrameResult has it.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 struct MapPoint {

@@ -366,18 +366,8 @@ std::vector<MapPoint> Mapper::map_points() const {
   return map ? map->points : std::vector<MapPoint>();
 }
 
-std::vector<KeyframeEstimate> Mapper::keyframe_estimates() const {
-  std::vector<KeyframeEstimate> estimates;
-  if (!state_->live) return estimates;
-  Map& map = state_->live->map;
-  for (int k = 0; k < map.num_keyframes(); ++k) {
-    estimates.push_back({map.keyframe(k).observed.frame.time_us, map.pose(k)});
-    PoseBlock covariance;
-    if (!map.filter().pose_covariance(k, covariance)) continue;
-    estimates.back().covariance = centre_first(covariance);
-    estimates.back().covariance_status = CovarianceStatus::kValid;
-  }
-  return estimates;
+std::vector<KeyframeView> Mapper::keyframes() const {
+  return state_->live ? keyframe_views(state_->live->map) : std::vector<KeyframeView>();
 }
 
 std::vector<std::string> Mapper::audit() const {

@@ -40,8 +40,8 @@ class Mapper {
   std::vector<TimedPose> keyframe_trajectory() const;
   std::vector<MapPoint> map_points() const;
 
-  // The keyframes of the map in use with their covariances, by age; none before the start.
-  std::vector<KeyframeEstimate> keyframe_estimates() const;
+  // The keyframes of the map in use with their covariances of now, by age; none before the start.
+  std::vector<KeyframeView> keyframes() const;
 
   // Called with a step's name at its start and end, for timing from outside: the mapper itself
   // reads no clock. (name, true) at start, (name, false) at end.

@@ -65,8 +65,9 @@ std::vector<Match> match_along_epipolar_lines(const ObservedFrame& frame_i,
     const Eigen::Vector3d h = rotation * frame_i.x[i[a]].homogeneous();
     const double variance_i = frame_i.sigma[i[a]] * frame_i.sigma[i[a]];
     const std::int8_t* descriptor = frame_i.descriptor(i[a]);
+    const int sign = frame_i.sign(i[a]);
     for (std::size_t b = 0; b < j.size(); ++b) {
-      if (frame_i.sign(i[a]) != frame_j.sign(j[b])) continue;
+      if (frame_j.sign(j[b]) != sign) continue;
       const double error = line.dot(frame_j.x[j[b]].homogeneous());
       const double variance = variance_i + frame_j.sigma[j[b]] * frame_j.sigma[j[b]];
       if (!(error * error <= options.max_error * options.max_error * variance)) continue;

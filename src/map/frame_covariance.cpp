@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "geometry/projection.h"
-#include "motion/robust.h"
+#include "geometry/robust.h"
 
 namespace eifmap {
 namespace {

@@ -5,18 +5,10 @@
 #include <cmath>
 #include <utility>
 
-#include "motion/robust.h"
+#include "geometry/robust.h"
 
 namespace eifmap {
 namespace {
-
-// The matches of Omega_p with the reference that the relative pose explains.
-std::vector<Match> edge_matches(const Tracking& tracking) {
-  std::vector<Match> matches;
-  for (std::size_t k = 0; k < tracking.matches_p.size(); ++k)
-    if (tracking.relative.inlier[k]) matches.push_back(tracking.matches_p[k]);
-  return matches;
-}
 
 // An edge with the reference, whose relative pose is at hand; where that is too near for a certain
 // direction, with the neighbour that is seen from furthest.
@@ -24,9 +16,9 @@ bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
                        const MapperOptions& options) {
   // Where a plane fills the view, the two-view direction may be the plane's other solution.
   // Nor is it one to believe where the map's scale fit would not have it.
-  if (tracking.source == PoseSource::kScaleFit && !tracking.relative.planar &&
-      add_edge(map, tracking.related, keyframe, edge_matches(tracking), tracking.relative.pose,
-               options))
+  const FramePair& pair = tracking.pair;
+  if (tracking.source == PoseSource::kScaleFit && !pair.relative.planar &&
+      add_edge(map, tracking.related, keyframe, pair.explained_p(), pair.relative.pose, options))
     return true;
   std::vector<int> neighbours = map.covisible(keyframe, 1 + options.edge.neighbours);
   neighbours.erase(neighbours.begin());

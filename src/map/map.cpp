@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "motion/robust.h"
+#include "geometry/robust.h"
 
 namespace eifmap {
 

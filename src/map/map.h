@@ -28,14 +28,6 @@ struct Sight {
   int keyframe = 0, keypoint = 0;
 };
 
-// Users are given a pose's covariance as of (centre, rotation); the filter's is (rotation, centre).
-inline Eigen::Matrix<double, 6, 6> centre_first(const PoseBlock& rotation_first) {
-  Eigen::Matrix<double, 6, 6> out;
-  out << rotation_first.bottomRightCorner<3, 3>(), rotation_first.bottomLeftCorner<3, 3>(),
-      rotation_first.topRightCorner<3, 3>(), rotation_first.topLeftCorner<3, 3>();
-  return out;
-}
-
 struct Track {
   std::vector<Sight> sights;  // by keyframe ascending, one per keyframe; empty: removed
   int landmark = -1;          // in the filter; -1: a candidate

@@ -11,7 +11,12 @@ bool moved(const Rigid3& a, const Rigid3& b, double depth) {
          so3_log(a.rotation.conjugate() * b.rotation).norm() > kKeyframeMoved;
 }
 
-LandmarkView view(const Map& map, int track) {
+KeyframeView keyframe_view(const Map& map, int keyframe) {
+  return {keyframe, map.keyframe(keyframe).observed.frame.time_us, map.pose(keyframe),
+          unknown_covariance<6>()};
+}
+
+LandmarkView landmark_view(const Map& map, int track) {
   const Track& t = map.track(track);
   LandmarkView landmark;
   landmark.id = track;
@@ -45,17 +50,24 @@ void add_covariances(Map& map, MapUpdate& update) {
 
 }  // namespace
 
+std::vector<KeyframeView> keyframe_views(Map& map) {
+  MapUpdate all;
+  for (int k = 0; k < map.num_keyframes(); ++k) all.keyframes.push_back(keyframe_view(map, k));
+  add_covariances(map, all);
+  return std::move(all.keyframes);
+}
+
 void MapNews::compare_keyframes(const Map& map, MapUpdate& update) {
   for (int k = 0; k < map.num_keyframes(); ++k) {
     const bool fresh = k >= static_cast<int>(sent_poses_.size());
     if (!fresh && !moved(sent_poses_[k], map.pose(k), map.median_depth(k))) continue;
-    const FeatureFrame& frame = map.keyframe(k).observed.frame;
-    update.keyframes.push_back({k, frame.time_us, map.pose(k), unknown_covariance<6>()});
+    update.keyframes.push_back(keyframe_view(map, k));
     if (!fresh) {
       sent_poses_[k] = map.pose(k);
       continue;
     }
     sent_poses_.push_back(map.pose(k));
+    const FeatureFrame& frame = map.keyframe(k).observed.frame;
     for (std::size_t i = 0; i < frame.keypoints.size(); ++i) {
       const int track = map.keyframe(k).track[i];
       if (track != kNoTrack && map.track(track).is_landmark())
@@ -73,7 +85,7 @@ void MapNews::compare_landmarks(const Map& map, MapUpdate& update) {
       sent_.erase(sent);
       continue;
     }
-    const LandmarkView now = view(map, t);
+    const LandmarkView now = landmark_view(map, t);
     if (sent != sent_.end() && !changed(sent->second, now)) continue;
     sent_[t] = now;
     update.landmarks.push_back(now);

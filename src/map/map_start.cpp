@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "geometry/triangulation.h"
+#include "map/frame_pair.h"
 #include "map/keyframe_insertion.h"
 #include "map/tracking.h"
 #include "motion/absolute_pose.h"
@@ -16,26 +17,9 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
-struct Pair {
-  std::vector<Match> p, m;
-  std::vector<Correspondence> all;  // p, then m
-  RelativePoseResult relative;
-};
-
-Pair relate(const ObservedFrame& i, const ObservedFrame& j, const Camera& camera,
-            const MapperOptions& options) {
-  Pair pair;
-  pair.p = match_omega_p(i, j, options.match);
-  pair.m = match_omega_m(i, j, options.match);
-  pair.all = correspondences(i, j, pair.p, pair.m);
-  pair.relative =
-      estimate_relative_pose(pair.all, camera.radians_per_pixel(), options.relative_pose);
-  return pair;
-}
-
 // Merit: of which sign more features of the anchor have lasted until now and fit the pose. A small
 // lead is chance.
-MapSign sign_of_longer_tracks(const Pair& pair, MapSign now) {
+MapSign sign_of_longer_tracks(const FramePair& pair, MapSign now) {
   const auto middle = pair.relative.inlier.begin() + static_cast<std::ptrdiff_t>(pair.p.size());
   const auto p = std::count(pair.relative.inlier.begin(), middle, 1);
   const auto m = std::count(middle, pair.relative.inlier.end(), 1);
@@ -50,11 +34,11 @@ struct StartPoint {
 
 // Omega_m matches that triangulate with a certain depth; the first baseline has length 1.
 std::vector<StartPoint> certain_points(const ObservedFrame& i, const ObservedFrame& j,
-                                       const Pair& pair, const MapperOptions& options) {
+                                       const FramePair& pair, const MapperOptions& options) {
   const Rigid3 pose_j(pair.relative.pose.i_from_j, pair.relative.pose.direction);
   std::vector<StartPoint> points;
   for (std::size_t k = 0; k < pair.m.size(); ++k) {
-    if (!pair.relative.inlier[pair.p.size() + k]) continue;
+    if (!pair.explains_m(k)) continue;
     const Match& m = pair.m[k];
     const Sighting sightings[] = {{Rigid3(), i.x[m.a], i.sigma[m.a]},
                                   {pose_j, j.x[m.b], j.sigma[m.b]}};
@@ -75,10 +59,10 @@ std::string join(const Parts&... parts) {
 }
 
 // Whether the pair can carry a map, and if not, why.
-StartStep judge(const Pair& pair, const std::vector<StartPoint>& points,
+StartStep judge(const FramePair& pair, const std::vector<StartPoint>& points,
                 const MapperOptions& options) {
   StartStep step;
-  const int matches = static_cast<int>(pair.all.size());
+  const int matches = pair.num_matches();
   step.num_matches = matches;
   if (matches < options.start.min_matches) {
     step.reason = Reason::kTooFewMatches;
@@ -110,7 +94,7 @@ StartStep judge(const Pair& pair, const std::vector<StartPoint>& points,
 }
 
 // The map of the two, solved once; nothing when the filter did not keep enough of it.
-std::optional<Map> build_map(const ObservedFrame& i, const ObservedFrame& j, const Pair& pair,
+std::optional<Map> build_map(const ObservedFrame& i, const ObservedFrame& j, const FramePair& pair,
                              const std::vector<StartPoint>& points, const Camera& camera,
                              const MapperOptions& options) {
   Map map(camera, options);
@@ -121,14 +105,11 @@ std::optional<Map> build_map(const ObservedFrame& i, const ObservedFrame& j, con
     if (!map.add_sight(track, {1, point.match.b})) continue;  // matches need not be mutual
     map.promote(track, point.point.point, point.point.covariance);
   }
-  std::vector<Match> edge;
-  for (std::size_t k = 0; k < pair.p.size(); ++k)
-    if (pair.relative.inlier[k]) edge.push_back(pair.p[k]);
-  if (options.edge.enabled) add_edge(map, 0, 1, edge, pair.relative.pose, options);
+  if (options.edge.enabled) add_edge(map, 0, 1, pair.explained_p(), pair.relative.pose, options);
   // The other matches wait as candidates for a third view.
   for (std::size_t k = 0; k < pair.m.size(); ++k) {
     const Match& m = pair.m[k];
-    if (!pair.relative.inlier[pair.p.size() + k]) continue;
+    if (!pair.explains_m(k)) continue;
     if (map.keyframe(0).track[m.a] != kNoTrack || map.keyframe(1).track[m.b] != kNoTrack) continue;
     map.add_sight(map.add_track({0, m.a}), {1, m.b});
   }
@@ -196,10 +177,13 @@ void MapStart::choose_sign(MapSign sign, ObservedFrame& newest) {
 
 StartStep MapStart::compare_with_anchor(ObservedFrame& observed) {
   const ObservedFrame& anchor = frames_[anchor_];
-  Pair pair = relate(anchor, observed, camera_, options_);
+  FramePair pair = relate(anchor, observed, camera_.radians_per_pixel(), options_);
   if (options_.map_sign == MapSignChoice::kMerit && pair.relative.ok()) {
-    choose_sign(sign_of_longer_tracks(pair, observed.map_sign), observed);
-    pair = relate(anchor, observed, camera_, options_);
+    const MapSign better = sign_of_longer_tracks(pair, observed.map_sign);
+    if (better != observed.map_sign) {
+      choose_sign(better, observed);
+      pair = relate(anchor, observed, camera_.radians_per_pixel(), options_);
+    }
   }
   const std::vector<StartPoint> points = pair.relative.ok()
                                              ? certain_points(anchor, observed, pair, options_)

@@ -7,6 +7,7 @@
 #include "features/matcher.h"
 #include "frame.h"
 #include "geometry/camera.h"
+#include "motion/relative_pose.h"
 
 namespace eifmap {
 
@@ -34,6 +35,12 @@ struct ObservedFrame {
 // `sigma_factor`: MapperOptions.
 ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, MapSign map_sign,
                       double sigma_factor);
+
+// What a match of two frames says of their relative pose.
+inline Correspondence correspondence(const ObservedFrame& i, const ObservedFrame& j,
+                                     const Match& match) {
+  return {i.x[match.a], j.x[match.b], i.sigma[match.a], j.sigma[match.b]};
+}
 
 // a: keypoint of i, b: of j; sorted by a within a sign. The two frames have the same map_sign.
 std::vector<Match> match_omega_m(const ObservedFrame& i, const ObservedFrame& j,

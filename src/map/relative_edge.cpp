@@ -43,9 +43,7 @@ bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, Relativ
   const ObservedFrame& frame_i = map.keyframe(i).observed;
   const ObservedFrame& frame_j = map.keyframe(j).observed;
   std::vector<Correspondence> pairs;
-  for (const Match& match : chosen)
-    pairs.push_back(
-        {frame_i.x[match.a], frame_j.x[match.b], frame_i.sigma[match.a], frame_j.sigma[match.b]});
+  for (const Match& match : chosen) pairs.push_back(correspondence(frame_i, frame_j, match));
   std::vector<std::uint8_t> inlier;
   if (!refine_relative_pose(pairs, start, inlier, options.relative_pose.covariance)) return false;
   const auto agreeing = std::count(inlier.begin(), inlier.end(), 1);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "map/frame_pair.h"
 #include "map/map.h"
 #include "motion/absolute_pose.h"
 #include "motion/relative_pose.h"
@@ -17,23 +18,17 @@ struct LandmarkSight {
   int track = 0, keypoint = 0;
 };
 
-// The matches of two frames for the relative pose: of Omega_p (`p`), then of Omega_m (`m`).
-std::vector<Correspondence> correspondences(const ObservedFrame& i, const ObservedFrame& j,
-                                            const std::vector<Match>& p,
-                                            const std::vector<Match>& m);
-
 struct Tracking {
   Reason reason = Reason::kTooFewInliers;  // kNone: tracked
   std::string detail;                      // the reason's numbers
   PoseSource source = PoseSource::kNone;
   int reference = 0;  // keyframe
-  int related = 0;    // keyframe of the matches and the relative pose: the reference, or an older
-                      // one where that is too near
+  int related = 0;    // keyframe that the relative pose is to: the reference, or an older one where
+                      // that is too near
   Rigid3 world_from_camera;
   Eigen::Matrix<double, 6, 6> covariance =
       Eigen::Matrix<double, 6, 6>::Zero();  // (w, dc), given the map
-  std::vector<Match> matches_p, matches_m;  // a: keypoint of `related`, b: of the frame
-  RelativePoseResult relative;              // over matches_p, then matches_m
+  FramePair pair;                           // of `related` and the frame
   std::vector<LandmarkSight> sights;        // inliers, by track ascending
   int num_matches = 0;                      // landmarks matched, inliers or not
 

@@ -53,16 +53,6 @@ int number_of_points(const FeatureWorldOptions& options) {
   return options.features * 14;
 }
 
-Camera make_camera() {
-  Camera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 500;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  return camera;
-}
-
 // A point's own properties come from its number.
 int sign_of(int point) {
   return point % 2 == 0 ? 1 : -1;
@@ -86,6 +76,16 @@ std::vector<int> looks_of(const std::vector<int>& points, double wrong_share, Ra
 
 }  // namespace
 
+Camera feature_world_camera() {
+  Camera camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = camera.fy = 500;
+  camera.cx = 319.5;
+  camera.cy = 239.5;
+  return camera;
+}
+
 std::string FeatureWorldOptions::problem() const {
   if (motion != "sideways" && motion != "forward" && motion != "loop")
     return "feature world: motion is '" + motion + "', wanted sideways, forward or loop";
@@ -107,7 +107,7 @@ std::string FeatureWorldOptions::problem() const {
 }
 
 FeatureWorld::FeatureWorld(const FeatureWorldOptions& options)
-    : options_(options), camera_(make_camera()) {
+    : options_(options), camera_(feature_world_camera()) {
   if (const auto problem = options.problem(); !problem.empty())
     throw std::invalid_argument(problem);
   Random random(static_cast<std::uint64_t>(options.seed));

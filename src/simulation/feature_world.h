@@ -40,12 +40,15 @@ struct SimulatedFeatures {
   std::vector<int> point;  // per keypoint: what it is a picture of, whatever its descriptor says
 };
 
+// Of every feature world: a pinhole, 640x480.
+Camera feature_world_camera();
+
 class FeatureWorld {
  public:
   explicit FeatureWorld(const FeatureWorldOptions& options = {});  // throws std::invalid_argument
 
   int num_frames() const { return options_.num_frames; }
-  const Camera& camera() const { return camera_; }                        // 640x480 pinhole
+  const Camera& camera() const { return camera_; }                        // feature_world_camera()
   const std::vector<Eigen::Vector3d>& points() const { return points_; }  // world, m
 
   // Of frame i in [0, num_frames()); another i throws std::out_of_range. Frames are independent of
