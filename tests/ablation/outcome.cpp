@@ -22,7 +22,7 @@ class JitteredSource : public FrameSource {
   std::int64_t time_us(int i) const override { return frames_[i].time_us; }
   std::optional<Rigid3> world_from_camera(int i) const override {
     if (!recording_.truth_is_exact) return std::nullopt;
-    return recording_.truth.at(frames_[i].seq).world_from_camera;
+    return recording_.world_from_camera(static_cast<int>(frames_[i].seq));
   }
   FeatureFrame frame(int i) const override { return frames_[i]; }
 

@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <optional>
 
-#include "ablation/recording.h"
+#include "ablation/features_of.h"
+#include "consistency/frame_source.h"
 #include "map_view.h"
 #include "options.h"
 
 namespace eifmap::test {
 
-inline constexpr double kJitterPx = 0.05;     // of every run, on each axis of each keypoint
 inline constexpr double kLostCoverage = 0.1;  // with less in its final map a run was lost
 
 struct Outcome {

@@ -1,16 +1,12 @@
 #include "consistency/frame_source.h"
 
-#include <algorithm>
-#include <cmath>
-#include <opencv2/imgcodecs.hpp>
-#include <stdexcept>
+#include <utility>
 
+#include "consistency/recording.h"
 #include "features/front_end.h"
 #include "options.h"
-#include "sequence/recorded_sequence.h"
+#include "server/jitter.h"
 #include "simulation/feature_world.h"
-#include "simulation/random.h"
-#include "simulation/simulated_world.h"
 
 namespace eifmap::test {
 namespace {
@@ -43,90 +39,41 @@ class FeatureSource : public FrameSource {
   FeatureWorld world_;
 };
 
-class RenderedSource : public FrameSource {
+// The features of images, extracted in order, each once: what extracts may follow the camera.
+class ImageSource : public FrameSource {
  public:
-  RenderedSource(const SourceOptions& options, int seed) : world_(world_options(options, seed)) {
-    if (options.cache.empty()) return;
-    folder_ = options.cache / (options.world + std::to_string(seed));
-    std::filesystem::create_directories(folder_);
+  // `seed`: of the noise added to the keypoints; 0: none.
+  ImageSource(Recording recording, int seed)
+      : recording_(std::move(recording)),
+        jitter_(seed > 0 ? kJitterPx : 0, static_cast<std::uint64_t>(seed)) {}
+  int size() const override { return recording_.size(); }
+  const Camera& camera() const override { return recording_.camera; }
+  std::int64_t time_us(int i) const override {
+    return recording_.times_us[static_cast<std::size_t>(i)];
   }
-  int size() const override { return world_.num_frames(); }
-  const Camera& camera() const override { return world_.camera(); }
-  std::int64_t time_us(int i) const override { return world_.time_us(i); }
   std::optional<Rigid3> world_from_camera(int i) const override {
-    return world_.world_from_camera(i);
+    return recording_.world_from_camera(i);
   }
   FeatureFrame frame(int i) const override {
-    return extract_frame(extractor_, image(i), camera(), {time_us(i), 1, i, "cam0"});
-  }
-
- private:
-  static SimulationOptions world_options(const SourceOptions& options, int seed) {
-    SimulationOptions world;
-    world.motion = options.world;
-    if (options.frames > 0) world.num_frames = options.frames;
-    world.seed = seed;
-    return world;
-  }
-
-  cv::Mat image(int i) const {
-    if (folder_.empty()) return world_.render(i);
-    const std::string file = (folder_ / (std::to_string(i) + ".png")).string();
-    if (std::filesystem::exists(file)) return cv::imread(file, cv::IMREAD_GRAYSCALE);
-    const cv::Mat image = world_.render(i);
-    cv::imwrite(file, image, {cv::IMWRITE_PNG_COMPRESSION, 1});
-    return image;
-  }
-
-  SimulatedWorld world_;
-  mutable FeatureExtractor extractor_;
-  std::filesystem::path folder_;
-};
-
-class RecordedSource : public FrameSource {
- public:
-  RecordedSource(const SourceOptions& options, int seed) : seed_(seed) {
-    RecordedSequence::Opened opened = RecordedSequence::open(options.world);
-    if (!opened.sequence) throw std::runtime_error(opened.problem);
-    sequence_.emplace(std::move(*opened.sequence));
-    frames_ = options.frames > 0 ? std::min(options.frames, sequence_->size()) : sequence_->size();
-  }
-  int size() const override { return frames_; }
-  const Camera& camera() const override { return sequence_->camera(); }
-  std::int64_t time_us(int i) const override { return sequence_->time_us(i); }
-  std::optional<Rigid3> world_from_camera(int i) const override {
-    constexpr double kSameTime = 1e-3;  // s
-    for (const TumPose& pose : sequence_->ground_truth())
-      if (std::abs(pose.time_s - 1e-6 * static_cast<double>(time_us(i))) < kSameTime)
-        return pose.world_from_camera;
-    return std::nullopt;
-  }
-  FeatureFrame frame(int i) const override {
-    const GrayImage image = sequence_->load_gray(i);
-    if (!image.problem.empty()) throw std::runtime_error(image.problem);
     FeatureFrame frame =
-        extract_frame(extractor_, image.image, camera(), {time_us(i), 1, i, "cam0"});
-    if (seed_ > 0) jitter(frame, i);
+        extract_frame(extractor_, recording_.image(i), camera(), {time_us(i), 1, i, "cam0"});
+    jitter_.apply(frame);
     return frame;
   }
 
  private:
-  void jitter(FeatureFrame& frame, int i) const {
-    simulation::Random random(static_cast<std::uint64_t>(1'000'003 * seed_ + i));
-    constexpr double kJitter = 0.05;  // px
-    for (Keypoint& keypoint : frame.keypoints) {
-      const auto move = [&random](float x, int side) {
-        return static_cast<float>(std::clamp(x + kJitter * random.normal(), -0.5, side - 0.5));
-      };
-      keypoint.u = move(keypoint.u, frame.width);
-      keypoint.v = move(keypoint.v, frame.height);
-    }
-  }
-
-  int seed_, frames_ = 0;
-  std::optional<RecordedSequence> sequence_;
+  Recording recording_;
   mutable FeatureExtractor extractor_;
+  mutable Jitter jitter_;
 };
+
+SimulationOptions world_options(const SourceOptions& options, int seed) {
+  SimulationOptions world;
+  world.motion = options.world;
+  if (options.frames > 0) world.num_frames = options.frames;
+  world.seed = seed;
+  return world;
+}
 
 }  // namespace
 
@@ -134,8 +81,8 @@ std::unique_ptr<FrameSource> make_source(const SourceOptions& options, int seed)
   if (options.world == "sideways" || options.world == "forward" || options.world == "loop")
     return std::make_unique<FeatureSource>(options, seed);
   if (options.world == "lap" || options.world == "turn")
-    return std::make_unique<RenderedSource>(options, seed);
-  return std::make_unique<RecordedSource>(options, seed);
+    return std::make_unique<ImageSource>(rendered(world_options(options, seed), options.cache), 0);
+  return std::make_unique<ImageSource>(recorded(options.world, options.frames), seed);
 }
 
 }  // namespace eifmap::test

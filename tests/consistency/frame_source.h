@@ -13,6 +13,9 @@
 
 namespace eifmap::test {
 
+// Standard deviation of the noise that seeds add to recorded keypoints, each axis.
+inline constexpr double kJitterPx = 0.05;
+
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
@@ -20,7 +23,8 @@ class FrameSource {
   virtual const Camera& camera() const = 0;
   virtual std::int64_t time_us(int i) const = 0;
   virtual std::optional<Rigid3> world_from_camera(int i) const = 0;
-  virtual FeatureFrame frame(int i) const = 0;  // throws std::runtime_error when it cannot be read
+  // In order, each once. Throws std::runtime_error when it cannot be read.
+  virtual FeatureFrame frame(int i) const = 0;
 };
 
 struct SourceOptions {

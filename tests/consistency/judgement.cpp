@@ -80,8 +80,8 @@ JudgedRun judge_run(const FrameSource& source, const MapperOptions& options, int
       run.published.push_back(*pose);
     }
   }
-  for (const KeyframeEstimate& keyframe : mapper.keyframe_estimates()) {
-    if (keyframe.covariance_status == CovarianceStatus::kNone) continue;
+  for (const KeyframeView& keyframe : mapper.keyframes()) {
+    if (!keyframe.covariance.allFinite()) continue;
     if (auto pose = judged(keyframe.time_us, keyframe.map_from_camera, keyframe.covariance))
       run.keyframes.push_back(*pose);
   }

@@ -18,12 +18,7 @@ class Covariance : public testing::Test {
  protected:
   Covariance()
       : world_(make_filter_world({.num_poses = 6, .num_points = 50, .seed = 21}, frozen())) {
-    RelativePose edge;
-    const Rigid3 i_from_j = world_.poses[1].inverse() * world_.poses[4];
-    edge.i_from_j = i_from_j.rotation;
-    edge.direction = i_from_j.translation.normalized();
-    edge.covariance = 1e-5 * Eigen::Matrix<double, 5, 5>::Identity();
-    world_.filter.add_edge(1, 4, edge);
+    world_.filter.add_edge(1, 4, true_edge(world_, 1, 4, 1e-5));
     world_.filter.update();
     inverse_ = dense_covariance(world_.filter, world_.poses[1].translation);
   }

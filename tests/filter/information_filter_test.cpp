@@ -93,13 +93,7 @@ TEST(InformationFilter, ARelativePoseEdgeBringsInformation) {
   FilterWorld without = make_filter_world({.num_points = 60, .seed = 9});
   FilterWorld with = make_filter_world({.num_points = 60, .seed = 9});
   for (int p = 2; p < with.filter.num_poses(); ++p) {
-    const Rigid3 i_from_j = with.poses[p - 1].inverse() * with.poses[p];
-    RelativePose edge;
-    edge.i_from_j = i_from_j.rotation;
-    edge.direction = i_from_j.translation.normalized();
-    edge.covariance.setIdentity();
-    edge.covariance *= 1e-6;
-    ASSERT_TRUE(with.filter.add_edge(p - 1, p, edge));
+    ASSERT_TRUE(with.filter.add_edge(p - 1, p, true_edge(with, p - 1, p, 1e-6)));
   }
   without.filter.update();
   const FilterUpdate update = with.filter.update();
@@ -118,12 +112,7 @@ TEST(InformationFilter, FollowsTheEquationToTheLetterWhenNeverLinearizedAgain) {
   once.relinearize = Relinearize::kOnce;
   once.gate_sigma = 1e9;
   FilterWorld world = make_filter_world({.num_poses = 5, .num_points = 40, .seed = 11}, once);
-  RelativePose edge;
-  const Rigid3 i_from_j = world.poses[2].inverse() * world.poses[3];
-  edge.i_from_j = i_from_j.rotation;
-  edge.direction = i_from_j.translation.normalized();
-  edge.covariance = 1e-4 * Eigen::Matrix<double, 5, 5>::Identity();
-  ASSERT_TRUE(world.filter.add_edge(2, 3, edge));
+  ASSERT_TRUE(world.filter.add_edge(2, 3, true_edge(world, 2, 3, 1e-4)));
   EXPECT_EQ(world.filter.update().iterations, 1);
   const Rigid3 mean = world.filter.pose(4);
   // No new measurement: the mean is where (7) puts it, and stays.

@@ -36,12 +36,7 @@ FilterWorld world_with_edge(double noise_px) {
   always.max_iterations = 20;
   FilterWorld world = make_filter_world(
       {.num_poses = 5, .num_points = 40, .noise_px = noise_px, .seed = 23}, always);
-  RelativePose edge;
-  const Rigid3 i_from_j = world.poses[1].inverse() * world.poses[3];
-  edge.i_from_j = i_from_j.rotation;
-  edge.direction = i_from_j.translation.normalized();
-  edge.covariance = 1e-4 * Eigen::Matrix<double, 5, 5>::Identity();
-  EXPECT_TRUE(world.filter.add_edge(1, 3, edge));
+  EXPECT_TRUE(world.filter.add_edge(1, 3, true_edge(world, 1, 3, 1e-4)));
   EXPECT_EQ(world.filter.update().reason, Reason::kNone);
   return world;
 }

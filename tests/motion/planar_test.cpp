@@ -12,24 +12,15 @@ namespace eifmap {
 namespace {
 
 using test::angle_between;
+using test::direction_error;
 using test::kRadiansPerPixel;
+using test::nees;
 using test::SceneOptions;
 using test::two_views;
 using test::TwoViews;
 
 constexpr double kDegree = M_PI / 180;
 const Eigen::Quaterniond kTurn = so3_exp({0.02, -0.05, 0.01});
-
-double direction_error(const RelativePose& pose, const TwoViews& views) {
-  return angle_between(pose.direction, views.i_from_j.translation.normalized());
-}
-
-double nees(const RelativePose& pose, const TwoViews& views) {
-  Eigen::Matrix<double, 5, 1> error;
-  error << so3_log(pose.i_from_j.conjugate() * views.i_from_j.rotation),
-      test::sphere_local(pose.direction, views.i_from_j.translation.normalized());
-  return error.dot(pose.covariance.llt().solve(error));
-}
 
 // The nearest to the truth of all poses offered.
 RelativePose nearest(const RelativePoseResult& result, const TwoViews& views) {

@@ -13,7 +13,9 @@ namespace eifmap {
 namespace {
 
 using test::angle_between;
+using test::direction_error;
 using test::kRadiansPerPixel;
+using test::nees;
 using test::SceneOptions;
 using test::two_views;
 using test::TwoViews;
@@ -27,15 +29,7 @@ RelativePoseResult estimate(const TwoViews& views) {
 }
 
 double direction_error_deg(const RelativePoseResult& result, const TwoViews& views) {
-  return angle_between(result.pose.direction, views.i_from_j.translation.normalized()) / kDegree;
-}
-
-// Squared error in units of the claimed covariance; 5 on average if that is honest.
-double nees(const RelativePose& pose, const TwoViews& views) {
-  Eigen::Matrix<double, 5, 1> error;
-  error << so3_log(pose.i_from_j.conjugate() * views.i_from_j.rotation),
-      test::sphere_local(pose.direction, views.i_from_j.translation.normalized());
-  return error.dot(pose.covariance.llt().solve(error));
+  return direction_error(result.pose, views) / kDegree;
 }
 
 struct Case {

@@ -128,6 +128,25 @@ TEST(Config, ValuesOutOfRangeAreRefused) {
     EXPECT_NE(problem_of(json), "") << json;
 }
 
+void expect_far_too_small_refused(const nlohmann::json& whole,
+                                  const nlohmann::json::json_pointer& at) {
+  const nlohmann::json& value = whole.at(at);
+  if (value.is_object()) {
+    for (const auto& [key, child] : value.items()) expect_far_too_small_refused(whole, at / key);
+  } else if (value.is_number()) {
+    nlohmann::json changed = whole;
+    changed[at] = -1000;
+    EXPECT_NE(problem_of(changed.dump()), "") << at.to_string();
+  }
+}
+
+// No setting is a number that may be anything: each is checked somewhere.
+TEST(Config, EveryNumberHasALowerBound) {
+  const auto whole = nlohmann::json::parse(config_text(ServerConfig{}));
+  for (const char* section : {"/features", "/mapper"})
+    expect_far_too_small_refused(whole, nlohmann::json::json_pointer(section));
+}
+
 TEST(Config, WhatIsNoJsonObjectIsRefused) {
   for (const char* json : {"", "{", "[]", "3", "{\"camera\": \"a\",}"})
     EXPECT_NE(problem_of(json), "") << json;

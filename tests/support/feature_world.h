@@ -10,18 +10,13 @@
 #include "frame.h"
 #include "geometry/camera.h"
 #include "geometry/rigid3.h"
+#include "simulation/feature_world.h"
 #include "support/random.h"
 
 namespace eifmap {
 
 inline Camera synthetic_camera() {
-  Camera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 500;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  return camera;
+  return feature_world_camera();
 }
 
 class SyntheticStream {

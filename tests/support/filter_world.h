@@ -63,6 +63,17 @@ inline FilterWorld make_filter_world(const FilterWorldOptions& o,
   return world;
 }
 
+// The true relative pose of j in i, with independent errors of this variance, rad^2, that it does
+// not have.
+inline RelativePose true_edge(const FilterWorld& world, int i, int j, double variance) {
+  const Rigid3 i_from_j = world.poses[i].inverse() * world.poses[j];
+  RelativePose edge;
+  edge.i_from_j = i_from_j.rotation;
+  edge.direction = i_from_j.translation.normalized();
+  edge.covariance = variance * Eigen::Matrix<double, 5, 5>::Identity();
+  return edge;
+}
+
 // Error of a pose as the filter counts it: (w, dc).
 inline Eigen::Matrix<double, 6, 1> pose_error(const Rigid3& truth, const Rigid3& estimate) {
   Eigen::Matrix<double, 6, 1> error;

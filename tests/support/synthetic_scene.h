@@ -1,6 +1,7 @@
 // Two views of random points, and a map seen by a camera: exact truth, noise and wrong matches.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <cstdint>
 #include <vector>
@@ -99,6 +100,25 @@ inline Eigen::Vector2d sphere_local(const Eigen::Vector3d& from, const Eigen::Ve
   const Eigen::Vector2d flat = sphere_basis(from).transpose() * to;
   const double length = flat.norm();
   return length < 1e-12 ? flat : Eigen::Vector2d(angle_between(from, to) / length * flat);
+}
+
+// rad, of the direction.
+inline double direction_error(const RelativePose& pose, const TwoViews& views) {
+  return angle_between(pose.direction, views.i_from_j.translation.normalized());
+}
+
+// What the pose lacks to the truth, (w, ab).
+inline Eigen::Matrix<double, 5, 1> error_of(const RelativePose& pose, const TwoViews& views) {
+  Eigen::Matrix<double, 5, 1> error;
+  error << so3_log(pose.i_from_j.conjugate() * views.i_from_j.rotation),
+      sphere_local(pose.direction, views.i_from_j.translation.normalized());
+  return error;
+}
+
+// Squared error in units of the claimed covariance; 5 on average if that is honest.
+inline double nees(const RelativePose& pose, const TwoViews& views) {
+  const Eigen::Matrix<double, 5, 1> error = error_of(pose, views);
+  return error.dot(pose.covariance.llt().solve(error));
 }
 
 }  // namespace eifmap::test
