@@ -18,7 +18,11 @@ class DisturbedMinimum {
   DisturbedMinimum(std::span<const Correspondence> matches,
                    const std::vector<EpipolarMember>& members, const RelativePose& near,
                    double limit)
-      : matches_(matches), members_(members), limit_(limit), centre_(settled(near)) {
+      : matches_(matches),
+        members_(members),
+        limit_(limit),
+        centre_(settled(near)),
+        basis_(sphere_basis(centre_.direction)) {
     const EpipolarGeometry geometry(centre_);
     terms_.reserve(members.size());
     for (const EpipolarMember& m : members) {
@@ -38,18 +42,22 @@ class DisturbedMinimum {
     for (int step = 0; step < kSteps; ++step) {
       const Vector5d change = factor.solve(gradient);
       if (!change.allFinite()) break;
-      pose = moved(pose, change);
-      if (small(change, gradient)) break;
+      pose = moved(pose, with_basis(change, basis_, sphere_basis(pose.direction)));
+      if (size(change, gradient) < kSmallStep) break;
       gradient = gradient_at(pose, k, changed);
     }
     Vector5d result;
     result << so3_log(centre_.i_from_j.conjugate() * pose.i_from_j),
-        sphere_basis(centre_.direction).transpose() * (pose.direction - centre_.direction);
+        basis_.transpose() * (pose.direction - centre_.direction);
     return result;
   }
 
  private:
   static constexpr int kSteps = 6;
+  // See size(). Steps with the kept Hessian shrink some fiftyfold: after one of a tenth the rest is
+  // .2 %.
+  static constexpr double kSmallStep = 1e-2, kSettled = 1e-6;
+  using Basis = Eigen::Matrix<double, 3, 2>;
 
   struct Term {
     RowVector5d jacobian = RowVector5d::Zero();
@@ -66,9 +74,9 @@ class DisturbedMinimum {
     }
   };
 
-  // A thousandth of the standard deviation that one sigma point stands for.
-  bool small(const Vector5d& change, const Vector5d& gradient) const {
-    return change.dot(gradient) * static_cast<double>(members_.size()) < 1e-6;
+  // Squared, in standard deviations that one sigma point stands for.
+  double size(const Vector5d& change, const Vector5d& gradient) const {
+    return change.dot(gradient) * static_cast<double>(members_.size());
   }
 
   Term term(const EpipolarGeometry& geometry, const Correspondence& match, double trust) const {
@@ -90,7 +98,15 @@ class DisturbedMinimum {
       gradient.noalias() -=
           members_[m].trust * bisquare_weight(residual, limit_) * residual * jacobian.transpose();
     }
-    return gradient;
+    return with_basis(gradient, sphere_basis(pose.direction), basis_);
+  }
+
+  // (w, ab) of one tangent plane in the basis of its neighbour: the Hessian is in the centre's, and
+  // sphere_basis() may turn between two close directions.
+  static Vector5d with_basis(const Vector5d& v, const Basis& from, const Basis& to) {
+    Vector5d result = v;
+    result.tail<2>() = to.transpose() * (from * v.tail<2>());
+    return result;
   }
 
   // A step of the last refinement left undone would show in every sigma point.
@@ -100,7 +116,7 @@ class DisturbedMinimum {
       const Vector5d change = normal.information.ldlt().solve(normal.gradient);
       if (!change.allFinite()) break;
       pose = moved(pose, change);
-      if (small(change, normal.gradient)) break;
+      if (size(change, normal.gradient) < kSettled) break;
     }
     return pose;
   }
@@ -109,6 +125,7 @@ class DisturbedMinimum {
   const std::vector<EpipolarMember>& members_;
   double limit_;
   RelativePose centre_;
+  Basis basis_;  // of the tangent plane at the centre's direction
   std::vector<Term> terms_;
   Sum sum_;
 };
