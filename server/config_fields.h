@@ -129,6 +129,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_relative_depth", o.max_relative_depth);
   visit("max_error", o.max_error);
   visit("min_views", o.min_views);
+  visit("min_views_if_few", o.min_views_if_few);
   visit("search_radius_px", o.search_radius_px);
   visit("min_baseline_sigma", o.min_baseline_sigma);
   visit("promote_omega_p", o.promote_omega_p);

@@ -39,6 +39,8 @@ std::string landmark_problem(const LandmarkOptions& o) {
     return say("landmark.max_relative_depth", o.max_relative_depth, "above 0");
   if (!(o.max_error > 0)) return say("landmark.max_error", o.max_error, "above 0");
   if (o.min_views < 2) return say("landmark.min_views", o.min_views, "2 or more");
+  if (o.min_views_if_few < 2)
+    return say("landmark.min_views_if_few", o.min_views_if_few, "2 or more");
   if (!(o.search_radius_px > 0))
     return say("landmark.search_radius_px", o.search_radius_px, "above 0");
   if (!(o.min_baseline_sigma >= 0))
@@ -81,7 +83,7 @@ MapperOptions MapperOptions::paper() {
   paper.tracking.older_reference = false;
   paper.tracking.fall_back_to_pnp = false;
   paper.landmark.promote_omega_p = false;
-  paper.landmark.min_views = 2;
+  paper.landmark.min_views = paper.landmark.min_views_if_few = 2;
   paper.filter.relinearize = Relinearize::kOnce;
   return paper;
 }

@@ -22,6 +22,7 @@ Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& trac
 
 struct TrackExtension {
   double sigma_centre = 0;    // standard deviation of the keyframe's place, map units
+  bool few_tracked = false;   // landmarks: min_views_if_few is enough for a new one
   bool with_omega_p = false;  // features of Omega_p that no edge has used may become landmarks too
 };
 

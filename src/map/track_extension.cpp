@@ -144,10 +144,12 @@ int extend_tracks(Map& map, int keyframe, const MapperOptions& options,
   }
   std::sort(touched.begin(), touched.end());
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  LandmarkOptions wanted = options.landmark;
+  if (extension.few_tracked) wanted.min_views = std::min(wanted.min_views, wanted.min_views_if_few);
   int promoted = 0;
   for (int track : touched) {
     const TriangulatedPoint point = triangulate_track(map, track, options.landmark);
-    if (!good_enough(map.track(track), point, options.landmark)) continue;
+    if (!good_enough(map.track(track), point, wanted)) continue;
     map.promote(track, point.point, point.covariance);
     ++promoted;
   }

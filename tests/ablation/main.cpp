@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--slow-seeds", options.run.slow_seeds,
-                 "at most, of rows with the Unscented covariance, which take 20 times as long")
+                 "at most, of rows with the Unscented covariance, which take 5 times as long")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--rows", options.rows, "only rows whose \"group: name\" holds this text");

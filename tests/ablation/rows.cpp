@@ -59,6 +59,8 @@ std::vector<Row> all_rows() {
       .row("by merit", R"({"mapper": {"map_sign": "merit"}})");
   Table(rows, "Smaller choices")
       .row("defaults", "{}")
+      .row("points of two views where few are tracked",
+           R"({"mapper": {"landmark": {"min_views_if_few": 2}}})", {1, 5, 10})
       .row("Omega_p promoted", R"({"mapper": {"landmark": {"promote_omega_p": true}}})")
       .row("older reference", R"({"mapper": {"tracking": {"older_reference": true}}})")
       .row("no refinement", R"({"mapper": {"tracking": {"refine": false}}})");

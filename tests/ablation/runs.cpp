@@ -134,7 +134,7 @@ Outcomes run_rows(const Recording& recording, std::span<const Row> rows, const R
 
 double estimated_cpu_s(const Recording& recording, std::span<const Row> rows,
                        const RunOptions& options) {
-  constexpr double kMapperMs = 10, kSlowMapperMs = 320;
+  constexpr double kMapperMs = 10, kSlowMapperMs = 110;
   const Plan plan = plan_of(rows);
   double ms = 0;
   for (const Plan::Features& features : plan.features)

@@ -16,7 +16,7 @@ using Outcomes = std::vector<std::vector<Outcome>>;
 
 struct RunOptions {
   int seeds = 5;       // 1, 2, ... of the jitter
-  int slow_seeds = 1;  // at most, of rows with the Unscented covariance: they take 20 times as long
+  int slow_seeds = 5;  // at most, of rows with the Unscented covariance: they take 5 times as long
   int workers = 2;     // threads; each run is in one
 };
 

@@ -4,12 +4,15 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
+#include <stdexcept>
 #include <vector>
 
 #include "consistency/judgement.h"
+#include "server/config.h"
 
 namespace {
 
@@ -22,6 +25,7 @@ struct Options {
   SourceOptions source;
   int seeds = 30, first_seed = 1;
   bool paper = false;
+  std::string config;  // JSON as in the server's file
   std::array<double, 2> keyframes{0, 1e9}, final{0, 1e9};
   double within = 0;
   std::string json;
@@ -39,10 +43,19 @@ double error_along(const JudgedPose& pose) {
   return u.dot(pose.error.head<3>()) / std::sqrt(u.dot(pose.covariance.topLeftCorner<3, 3>() * u));
 }
 
+MapperOptions mapper_options(const Options& options) {
+  ServerConfig base;
+  if (options.paper) base.mapper = MapperOptions::paper();
+  if (options.config.empty()) return base.mapper;
+  const ParsedConfig parsed = parse_config(options.config, base);
+  const std::string problem = parsed.problem.empty() ? parsed.config.problem() : parsed.problem;
+  if (!problem.empty()) throw std::invalid_argument("--config: " + problem);
+  return parsed.config.mapper;
+}
+
 bool add_run(const Options& options, int seed, Totals& totals) {
   const auto source = make_source(options.source, seed);
-  const JudgedRun run =
-      judge_run(*source, options.paper ? MapperOptions::paper() : MapperOptions());
+  const JudgedRun run = judge_run(*source, mapper_options(options));
   if (run.keyframes.empty() || run.published.empty()) {
     std::printf("seed %d: no map with covariances\n", seed);
     return false;
@@ -126,6 +139,7 @@ int main(int argc, char** argv) {
                  "folder that keeps the rendered images; empty it when the simulation changes");
   app.add_option("--json", options.json, "file for the means");
   app.add_flag("--paper", options.paper, "the published method to the letter");
+  app.add_option("--config", options.config, "JSON as in the server's file; of it, the mapper");
   app.add_option("--keyframes", options.keyframes, "expected mean NEES of keyframes: from, to");
   app.add_option("--last", options.final, "expected mean NEES of the last frame: from, to");
   app.add_option("--within", options.within, "expected least share within 3 sigma");

@@ -124,6 +124,23 @@ TEST(Map, AWrongSightDoesNotKeepACandidateFromBecomingALandmark) {
   EXPECT_EQ(tried, 10);
 }
 
+TEST(Map, TakesPointsOfTwoViewsOnlyWhereFewAreTracked) {
+  const SyntheticStream world;
+  MapperOptions options;
+  options.landmark.min_views_if_few = 2;
+  for (const bool few : {false, true}) {
+    Map map = scene_with_landmarks(world, 2);
+    for (int t = 0; t < map.num_tracks(); t += 2) map.remove_track(t);
+    map.update();
+    const int promoted = extend_tracks(map, 1, options, {.few_tracked = few});
+    if (few)
+      EXPECT_GT(promoted, 10);
+    else
+      EXPECT_EQ(promoted, 0);
+    expect_consistent(map);
+  }
+}
+
 // A keyframe at scene_pose(6) whose landmarks are seen where they are, tracked to `tracked`.
 Insertion insert_at(Map& map, const SyntheticStream& world, const Rigid3& tracked) {
   ObservedFrame observed = observed_view(world, 9, scene_pose(6));
