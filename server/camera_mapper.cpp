@@ -75,6 +75,24 @@ CameraMapper::Taken CameraMapper::take_calibration(const std::string& camera, By
   return {};
 }
 
+// Where nobody says more: from the size of the first frame.
+void CameraMapper::guess_calibration(const Channel& channel, Bytes bytes) {
+  int width = 0, height = 0;
+  if (channel.kind == ChannelKind::kImage) {
+    const Decoded<ImageMessage> image = decode_image(bytes);
+    if (image.ok() && image.value.calibration_id == 0)
+      width = image.value.width, height = image.value.height;
+  } else {
+    const Decoded<FeatureFrame> frame = decode_features(bytes);
+    if (frame.ok() && frame.value.calibration_id == 0)
+      width = frame.value.width, height = frame.value.height;
+  }
+  if (width == 0 || !size_problem(width, height).empty()) return;
+  if (calibrations_.size() >= kMaxCameras) return;
+  calibrations_[channel.camera] = camera_of_view(width, height, config_.hfov_deg);
+  guessed_.insert(channel.camera);
+}
+
 // The one known, or the pending one when the frame can only belong to that.
 const Camera& CameraMapper::calibration_for(const std::string& camera, std::int64_t id, int width,
                                             int height, const Camera& known) const {
@@ -82,7 +100,8 @@ const Camera& CameraMapper::calibration_for(const std::string& camera, std::int6
   if (found == pending_.end() || id == known.id()) return known;
   const Camera& pending = found->second;
   if (id != 0) return id == pending.id() ? pending : known;
-  const bool fits_known = width == known.width && height == known.height;
+  const bool fits_known =
+      width == known.width && height == known.height && !guessed_.contains(camera);
   const bool fits_pending = width == pending.width && height == pending.height;
   return fits_pending && !fits_known ? pending : known;
 }
@@ -90,6 +109,7 @@ const Camera& CameraMapper::calibration_for(const std::string& camera, std::int6
 // A good frame of the pending calibration has come: it is the one in use from now on.
 void CameraMapper::change_calibration(const std::string& camera) {
   std::swap(calibrations_.at(camera), pending_.at(camera));
+  if (guessed_.erase(camera) > 0) pending_.erase(camera);
   if (mapper_) begin_map(camera, calibrations_.at(camera));
 }
 
@@ -106,7 +126,10 @@ void CameraMapper::begin_map(const std::string& camera, const Camera& calibratio
   });
 }
 
-CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes bytes) {
+CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes bytes,
+                                              std::int64_t received_us) {
+  received_us_ = received_us;
+  if (!calibration_of(channel.camera) && config_.hfov_deg > 0) guess_calibration(channel, bytes);
   const Camera* camera = calibration_of(channel.camera);
   if (!camera) return {rejected(Reason::kNoCalibration, "camera " + channel.camera), {}, ""};
   timer_.begin_frame();
@@ -140,6 +163,7 @@ Decoded<FeatureFrame> CameraMapper::read_frame(const Channel& channel, Bytes byt
   const TimedStep step(timer_, "decode");
   Result frame = decode_features(bytes);
   if (!frame.ok()) return frame;
+  note_arrival(frame.value.publisher, frame.value.seq, frame.value.time_us);
   if (frame.value.camera != channel.camera)
     return Result::refuse(
         Reason::kMalformedMessage,
@@ -162,11 +186,12 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
     const TimedStep step(timer_, "decode");
     image = decode_image(bytes);
     if (!image.ok()) return Result::refuse(image.reason, std::move(image.detail));
+    note_arrival(image.value.publisher, image.value.seq, image.value.time_us);
     camera = &calibration_for(channel.camera, image.value.calibration_id, image.value.width,
                               image.value.height, known);
     if (std::string problem = id_problem(image.value.calibration_id, *camera); !problem.empty())
       return Result::refuse(Reason::kCalibrationMismatch, std::move(problem));
-    pixels = decode_pixels(image.value, *camera);
+    pixels = decode_pixels(image.value, *camera, config_.gray16_bits);
     if (!pixels.ok()) return Result::refuse(pixels.reason, std::move(pixels.detail));
   }
   const TimedStep step(timer_, "extract");
@@ -179,7 +204,6 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
 }
 
 void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
-  count_gap(frame);
   try {
     mapped.result = mapper_->process(frame);
     if (mapped.result.map_updated) mapped.update = mapper_->map_update();
@@ -206,11 +230,9 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
   }
 }
 
-void CameraMapper::count_gap(const FeatureFrame& frame) {
-  const bool follows = publisher_ == frame.publisher && last_seq_ >= 0 && frame.seq > last_seq_;
-  if (follows) sequence_gaps_ += std::max<std::int64_t>(0, frame.seq - last_seq_ - 1 - dropped_);
-  publisher_ = frame.publisher;
-  last_seq_ = frame.seq;
+// As soon as the header is known: a frame that is refused has arrived all the same.
+void CameraMapper::note_arrival(std::int64_t publisher, std::int64_t seq, std::int64_t time_us) {
+  streams_.note({publisher, seq, time_us, received_us_}, dropped_);
   dropped_ = 0;
 }
 

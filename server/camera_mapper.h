@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "convert/bytes.h"
@@ -16,6 +17,7 @@
 #include "server/config.h"
 #include "server/run_record.h"
 #include "server/step_timer.h"
+#include "server/stream_book.h"
 
 namespace eifmap {
 
@@ -45,7 +47,8 @@ class CameraMapper {
   // An image or a feature frame: channel.kind says which. Unless the configuration names the
   // camera, the first good frame of a calibrated one decides; from then on frames of other cameras
   // must not be given.
-  Mapped take_frame(const Channel& channel, Bytes bytes);
+  // `received_us`: the server's clock at its reception, for the book of streams alone; 0 unknown.
+  Mapped take_frame(const Channel& channel, Bytes bytes, std::int64_t received_us = 0);
 
   // Frames that the server itself dropped before the next one are no gap in their numbers.
   void note_dropped(std::int64_t frames) { dropped_ += frames; }
@@ -57,7 +60,9 @@ class CameraMapper {
 
   const std::string& camera() const { return camera_; }  // that is mapped; "" none yet
   MapperStatistics statistics() const;
-  std::int64_t sequence_gaps() const { return sequence_gaps_; }
+  const StreamBook& streams() const { return streams_; }
+  // Of the camera that is mapped: guessed from hfov_deg, and not replaced by a message since.
+  bool calibration_is_guessed() const { return guessed_.contains(camera_); }
 
   // Writes what RunRecord writes, of all frames since the calibration last changed. Returns "" or
   // what went wrong.
@@ -72,7 +77,8 @@ class CameraMapper {
   Decoded<FeatureFrame> read_image(const Channel& channel, Bytes bytes, const Camera& known);
   void map(const FeatureFrame& frame, Mapped& mapped);
   void begin_map(const std::string& camera, const Camera& calibration);
-  void count_gap(const FeatureFrame& frame);
+  void note_arrival(std::int64_t publisher, std::int64_t seq, std::int64_t time_us);
+  void guess_calibration(const Channel& channel, Bytes bytes);
 
   const ServerConfig config_;
   FeatureExtractor extractor_;
@@ -82,7 +88,9 @@ class CameraMapper {
   std::optional<Mapper> mapper_;
   // A mapper counts its maps from 1; what is published goes on counting from the mapper before.
   std::int64_t map_id_offset_ = 0, last_map_id_ = 0, map_seq_ = 0;
-  std::int64_t publisher_ = 0, last_seq_ = -1, dropped_ = 0, sequence_gaps_ = 0;
+  std::set<std::string> guessed_;  // cameras whose calibration in use is a guess
+  StreamBook streams_;
+  std::int64_t received_us_ = 0, dropped_ = 0;  // of the frame in work, before it
   RunRecord record_;
   StepTimer timer_;
   std::function<void(std::string_view, bool)> step_observer_;

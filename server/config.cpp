@@ -210,6 +210,9 @@ std::string ServerConfig::problem() const {
     return "camera: must be empty or 1 to 24 of A-Z a-z 0-9 _ -, is \"" + camera + '"';
   if (!image_channel.empty() && camera.empty())
     return "image_channel: needs the name of its camera in \"camera\"";
+  if (gray16_bits < 8 || gray16_bits > 16) return "gray16_bits: must be 8 to 16";
+  if (hfov_deg != 0 && !(hfov_deg >= kMinHfovDeg && hfov_deg <= kMaxHfovDeg))
+    return "hfov_deg: must be 10 to 150, or 0 for no guess";
   if (max_queued_mib < 1) return "max_queued_mib: must be at least 1";
   if (max_part_bytes < static_cast<int>(kMinPartBytes))
     return "max_part_bytes: must be at least " + std::to_string(kMinPartBytes);

@@ -19,6 +19,8 @@ struct ServerConfig {
   std::string camera;
   // One more channel whose images are that camera's, for drivers with channel names of their own.
   std::string image_channel;
+  // Of the 16 bits of a LE_GRAY16 pixel, how many the camera fills: 10, 12, 14, ...
+  int gray16_bits = 16;
   // Newest: the map keeps up with the camera, at the price of frames. Lossless: every frame, late.
   InputMode input = InputMode::kNewest;
   int max_queued_mib = 256;  // of input waiting for the mapper
@@ -27,6 +29,9 @@ struct ServerConfig {
   int map_bytes_per_s = 5'000'000;
   double status_period_s = 1;
   std::optional<Camera> calibration;  // instead of waiting for one by message
+  // A camera without a calibration: the width of its view, from which a pinhole is guessed; 0: wait
+  // for its calibration. The status says that it is guessed.
+  double hfov_deg = 0;
   FeatureOptions features;
   MapperOptions mapper;
 

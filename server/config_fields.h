@@ -181,12 +181,14 @@ void visit_fields(O& o, auto&& visit) {
   visit("lcm_url", o.lcm_url);
   visit("camera", o.camera);
   visit("image_channel", o.image_channel);
+  visit("gray16_bits", o.gray16_bits);
   visit("input", o.input);
   visit("max_queued_mib", o.max_queued_mib);
   visit("max_part_bytes", o.max_part_bytes);
   visit("map_bytes_per_s", o.map_bytes_per_s);
   visit("status_period_s", o.status_period_s);
   visit("calibration", o.calibration);
+  visit("hfov_deg", o.hfov_deg);
   visit("features", o.features);
   visit("mapper", o.mapper);
 }

@@ -25,6 +25,7 @@ std::string size_problem(int width, int height);
 
 // Refuses: kBadImageSize (not the camera's, by the message or by the JPEG's own header, which is
 // read before anything is allocated; or too small), kCorruptImage (not a JPEG, or cut off).
-DecodedImage decode_pixels(const ImageMessage& image, const Camera& camera);
+// gray16_bits, 8 to 16: how many of LE_GRAY16's the camera fills.
+DecodedImage decode_pixels(const ImageMessage& image, const Camera& camera, int gray16_bits = 16);
 
 }  // namespace eifmap

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/clock.h"
+
 namespace eifmap {
 
 // Throws out what the predicate names; returns how many.
@@ -42,7 +44,8 @@ void Inbox::put(const Channel& channel, Bytes bytes) {
     counts_.dropped += is_frame(channel) ? 1 : 0;
     return;
   }
-  queue_.push_back({channel, {bytes.begin(), bytes.end()}, std::chrono::steady_clock::now(), 0});
+  queue_.push_back(
+      {channel, {bytes.begin(), bytes.end()}, std::chrono::steady_clock::now(), now_us(), 0});
   queued_bytes_ += bytes.size();
   changed_.notify_all();
 }

@@ -24,6 +24,7 @@ struct Received {
   Channel channel;
   std::vector<std::uint8_t> bytes;
   std::chrono::steady_clock::time_point time;
+  std::int64_t received_us = 0;     // the same by the time of day
   std::int64_t dropped_before = 0;  // frames replaced since the one taken before this
 };
 

@@ -27,6 +27,7 @@ constexpr int kBadOptions = 2;
 struct Options {
   std::string config_file, lcm_url, camera, input, calibration_file;
   bool print_config = false, paper = false;
+  double hfov_deg = 0;
   SequenceRunOptions sequence;
 };
 
@@ -57,6 +58,7 @@ ServerConfig effective_config(const Options& options) {
     if (!calibration.problem.empty()) throw std::invalid_argument(calibration.problem);
     config.calibration = calibration.camera;
   }
+  if (options.hfov_deg != 0) config.hfov_deg = options.hfov_deg;
   if (const std::string problem = config.problem(); !problem.empty())
     throw std::invalid_argument(problem);
   return config;
@@ -139,9 +141,10 @@ void add_options(CLI::App& app, Options& options) {
   app.set_version_flag("--version", EIFMAP_VERSION);
   app.add_option("--config", options.config_file, "JSON file; --print-config shows every key");
   app.add_flag("--print-config", options.print_config, "print the configuration in force and stop");
-  app.add_flag("--paper", options.paper,
-               "the published method to the letter (Wang & Dissanayake 2010); the configuration file "
-               "still changes it");
+  app.add_flag(
+      "--paper", options.paper,
+      "the published method to the letter (Wang & Dissanayake 2010); the configuration file "
+      "still changes it");
   app.add_option("--calibration", options.calibration_file,
                  "calib.json of the camera, instead of waiting for a calibration message");
   app.add_option("--output", sequence.output, "folder for trajectories, map and report");
@@ -149,6 +152,12 @@ void add_options(CLI::App& app, Options& options) {
   const char* live = "Live, over LCM";
   app.add_option("--lcm-url", options.lcm_url, "network to listen and publish on")->group(live);
   app.add_option("--camera", options.camera, "camera to map; default: the first seen")->group(live);
+  app.add_option(
+         "--hfov", options.hfov_deg,
+         "degrees that the camera sees from left to right: guesses a calibration where none "
+         "is published")
+      ->check(CLI::Range(kMinHfovDeg, kMaxHfovDeg))
+      ->group(live);
   app.add_option("--input", options.input, "newest: keep up; lossless: take every frame")
       ->check(CLI::IsMember({"newest", "lossless"}))
       ->group(live);

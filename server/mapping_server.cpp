@@ -123,7 +123,8 @@ void MappingServer::take_frame(const Received& message) {
 CameraMapper::Mapped MappingServer::map_frame(const Received& message) {
   mapper_.note_dropped(message.dropped_before);
   const bool was_open = mapper_.camera().empty();
-  CameraMapper::Mapped mapped = mapper_.take_frame(message.channel, message.bytes);
+  CameraMapper::Mapped mapped =
+      mapper_.take_frame(message.channel, message.bytes, message.received_us);
   if (!mapped.new_calibration.empty()) {
     board_.note_new_map();
     board_.note_reason(Reason::kCalibrationChanged, mapped.new_calibration);
@@ -174,10 +175,10 @@ status_t MappingServer::publish_status(bool new_period) {
   if (new_period)
     next_status_ = now + std::chrono::duration_cast<Clock::duration>(
                              std::chrono::duration<double>(config_.status_period_s));
-  const status_t status = board_.make(
-      mapper_.camera(),
-      {counts.frames, counts.dropped, counts.foreign, mapper_.sequence_gaps(), bad_channels_},
-      mapper_.statistics(), now, new_period);
+  const status_t status = board_.make(mapper_.camera(),
+                                      {counts.frames, counts.dropped, counts.foreign, bad_channels_,
+                                       mapper_.calibration_is_guessed()},
+                                      mapper_.streams(), mapper_.statistics(), now, new_period);
   const std::string camera = mapper_.camera().empty() ? std::string(kNoCamera) : mapper_.camera();
   send(channel_name(camera, ChannelKind::kStatus), encode(status));
   return status;

@@ -33,6 +33,20 @@ diagnostic_t diagnostic(const std::string& key, std::int64_t value) {
   return entry;
 }
 
+// The publisher of now by itself: of who has gone, its missing frames stay in sequence_gaps.
+void describe_streams(status_t& status, const StreamBook& streams) {
+  status.diagnostics.push_back(diagnostic("publisher_restarts", streams.restarts()));
+  if (streams.streams().empty()) return;
+  const StreamCounts& now = streams.streams().front();
+  status.diagnostics.push_back(diagnostic("publisher.id", now.publisher));
+  status.diagnostics.push_back(diagnostic("publisher.frames", now.frames));
+  status.diagnostics.push_back(diagnostic("publisher.missing", now.missing));
+  status.diagnostics.push_back(diagnostic("publisher.reordered", now.reordered));
+  status.diagnostics.push_back(diagnostic("publisher.duplicates", now.duplicates));
+  if (now.clock_offset_us)
+    status.diagnostics.push_back(diagnostic("publisher.clock_offset_us", *now.clock_offset_us));
+}
+
 std::string clipped(std::string text) {
   if (text.size() > kMaxText) text.resize(kMaxText);
   return text;
@@ -137,7 +151,8 @@ void StatusBoard::describe_state(status_t& status, const std::string& camera) co
 }
 
 status_t StatusBoard::make(const std::string& camera, const Counts& counts,
-                           const MapperStatistics& statistics, TimePoint now, bool new_period) {
+                           const StreamBook& streams, const MapperStatistics& statistics,
+                           TimePoint now, bool new_period) {
   if (new_period) measure_rates(counts.frames_received, now);
   status_t status = identity_;
   status.utime = now_us();
@@ -150,7 +165,7 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.frames_processed = processed_;
   status.frames_dropped = counts.frames_dropped;
   status.frames_rejected = rejected_ + counts.foreign_frames;
-  status.sequence_gaps = counts.sequence_gaps;
+  status.sequence_gaps = streams.missing();
   status.bad_messages = malformed_ + counts.bad_channels;
   status.parts_sent = parts_sent_;
   status.last_frame_utime = last_.time_us;
@@ -171,6 +186,9 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.diagnostics.push_back(diagnostic("send_failures", send_failures_));
   status.diagnostics.push_back(diagnostic("parts_dropped", parts_dropped_));
   status.diagnostics.push_back(diagnostic("internal_errors", faults_));
+  describe_streams(status, streams);
+  status.diagnostics.push_back(
+      diagnostic("calibration_guessed", counts.calibration_is_guessed ? 1 : 0));
   status.num_diagnostics = static_cast<std::int32_t>(status.diagnostics.size());
   return status;
 }

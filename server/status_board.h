@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "map_view.h"
+#include "server/stream_book.h"
 
 namespace eifmap {
 
@@ -33,12 +34,12 @@ class StatusBoard {
 
   // Figures that others count.
   struct Counts {
-    std::int64_t frames_received = 0, frames_dropped = 0, foreign_frames = 0, sequence_gaps = 0,
-                 bad_channels = 0;
+    std::int64_t frames_received = 0, frames_dropped = 0, foreign_frames = 0, bad_channels = 0;
+    bool calibration_is_guessed = false;
   };
   // Rates are over the time since the last call with `new_period`.
-  status_t make(const std::string& camera, const Counts& counts, const MapperStatistics& statistics,
-                TimePoint now, bool new_period);
+  status_t make(const std::string& camera, const Counts& counts, const StreamBook& streams,
+                const MapperStatistics& statistics, TimePoint now, bool new_period);
 
   // What, when it changes, is worth a status at once.
   std::pair<TrackingState, Reason> headline() const { return {last_.state, last_.reason}; }

@@ -40,8 +40,10 @@ constexpr std::array kTexts{
                "move back to where tracking last worked"},
     ReasonText{Reason::kFilterFailed, "FILTER_FAILED",
                "the information matrix could not be factored", "report this with the log"},
-    ReasonText{Reason::kNoCalibration, "NO_CALIBRATION", "no calibration for this camera yet",
-               "publish eifmap.<camera>.calibration or set it in the configuration"},
+    ReasonText{
+        Reason::kNoCalibration, "NO_CALIBRATION", "no calibration for this camera yet",
+        "publish eifmap.<camera>.calibration, or give the server --calibration FILE, or a guess "
+        "with --hfov DEGREES"},
     ReasonText{Reason::kBadCalibration, "BAD_CALIBRATION", "the calibration is not usable",
                "check the calibration's numbers"},
     ReasonText{Reason::kCalibrationMismatch, "CALIBRATION_MISMATCH",
@@ -50,7 +52,7 @@ constexpr std::array kTexts{
     ReasonText{Reason::kBadImageSize, "BAD_IMAGE_SIZE", "the image's size is not the calibration's",
                "calibrate at the size that is published"},
     ReasonText{Reason::kBadPixelFormat, "BAD_PIXEL_FORMAT", "the pixel format is not supported",
-               "publish GRAY or MJPEG"},
+               "publish one of the formats of image_t, MJPEG or GRAY best"},
     ReasonText{Reason::kCorruptImage, "CORRUPT_IMAGE", "the image's bytes could not be decoded",
                "check the camera driver and the link"},
     ReasonText{Reason::kTimeNotIncreasing, "TIME_NOT_INCREASING",

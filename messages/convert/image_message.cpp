@@ -1,5 +1,7 @@
 #include "convert/image_message.h"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 
 #include "convert/layout.h"
@@ -25,9 +27,31 @@ void scan(LayoutScanner& in) {
   }
 }
 
-std::int32_t wire_format(PixelFormat format) {
-  if (format == PixelFormat::kMjpeg) return image_t::PIXEL_FORMAT_MJPEG;
-  return image_t::PIXEL_FORMAT_GRAY;
+// In the order of the enumerators.
+constexpr std::array kFormats{
+    PixelFormatInfo{PixelFormat::kGray, image_t::PIXEL_FORMAT_GRAY, 1, "GRAY"},
+    PixelFormatInfo{PixelFormat::kGray16, image_t::PIXEL_FORMAT_LE_GRAY16, 2, "LE_GRAY16"},
+    PixelFormatInfo{PixelFormat::kRgb, image_t::PIXEL_FORMAT_RGB, 3, "RGB"},
+    PixelFormatInfo{PixelFormat::kBgr, image_t::PIXEL_FORMAT_BGR, 3, "BGR"},
+    PixelFormatInfo{PixelFormat::kRgba, image_t::PIXEL_FORMAT_RGBA, 4, "RGBA"},
+    PixelFormatInfo{PixelFormat::kBgra, image_t::PIXEL_FORMAT_BGRA, 4, "BGRA"},
+    PixelFormatInfo{PixelFormat::kYuyv, image_t::PIXEL_FORMAT_YUYV, 2, "YUYV"},
+    PixelFormatInfo{PixelFormat::kUyvy, image_t::PIXEL_FORMAT_UYVY, 2, "UYVY"},
+    PixelFormatInfo{PixelFormat::kI420, image_t::PIXEL_FORMAT_I420, 1, "I420"},
+    PixelFormatInfo{PixelFormat::kNv12, image_t::PIXEL_FORMAT_NV12, 1, "NV12"},
+    PixelFormatInfo{PixelFormat::kMjpeg, image_t::PIXEL_FORMAT_MJPEG, 0, "MJPEG"}};
+
+const PixelFormatInfo* find_format(std::int32_t wire) {
+  const auto found = std::find_if(kFormats.begin(), kFormats.end(),
+                                  [wire](const PixelFormatInfo& f) { return f.wire == wire; });
+  return found == kFormats.end() ? nullptr : &*found;
+}
+
+std::string format_problem(std::int32_t wire) {
+  std::string problem = "pixelformat is " + std::to_string(wire) + ", wanted one of";
+  for (const PixelFormatInfo& format : kFormats)
+    problem += std::string(" ") + format.name + " (" + std::to_string(format.wire) + ")";
+  return problem;
 }
 
 image_metadata_t metadata(const char* key, std::int64_t number) {
@@ -48,21 +72,25 @@ bool read(const image_metadata_t& entry, const char* key, std::int64_t& number) 
   return error == std::errc() && stop == end;
 }
 
-std::string size_problem(const image_t& message) {
+std::string size_problem(const image_t& message, const PixelFormatInfo& format) {
   if (!valid_image_side(message.width) || !valid_image_side(message.height))
     return "width x height is " + std::to_string(message.width) + " x " +
            std::to_string(message.height) + ", each must be 1 to " + std::to_string(kMaxImageSide);
-  if (message.pixelformat == image_t::PIXEL_FORMAT_MJPEG) return "";
+  if (format.bytes_per_pixel == 0) return "";
+  const std::int64_t row = std::int64_t{format.bytes_per_pixel} * message.width;
   const std::int64_t stride = message.row_stride;
-  const std::int64_t needed = stride * (message.height - 1) + message.width;
-  if (stride < message.width || message.size < needed)
+  if (stride < row || message.size < stride * (message.height - 1) + row)
     return std::to_string(message.size) + " bytes with a row_stride of " + std::to_string(stride) +
            " do not hold " + std::to_string(message.width) + " x " +
-           std::to_string(message.height) + " pixels";
+           std::to_string(message.height) + " pixels of " + format.name;
   return "";
 }
 
 }  // namespace
+
+const PixelFormatInfo& info(PixelFormat format) {
+  return kFormats[static_cast<std::size_t>(format)];
+}
 
 image_t to_message(const ImageMessage& image) {
   image_t message;
@@ -70,7 +98,7 @@ image_t to_message(const ImageMessage& image) {
   message.width = image.width;
   message.height = image.height;
   message.row_stride = image.row_stride;
-  message.pixelformat = wire_format(image.format);
+  message.pixelformat = info(image.format).wire;
   message.size = static_cast<std::int32_t>(image.data.size());
   message.data = image.data;
   message.metadata = {metadata(kSeqKey, image.seq), metadata(kPublisherKey, image.publisher),
@@ -86,11 +114,11 @@ Decoded<ImageMessage> decode_image(Bytes bytes) {
   image_t& message = decoded.value;
   if (!valid_time(message.utime))
     return Result::refuse(Reason::kMalformedMessage, "utime is " + std::to_string(message.utime));
-  if (message.pixelformat != image_t::PIXEL_FORMAT_GRAY &&
-      message.pixelformat != image_t::PIXEL_FORMAT_MJPEG)
-    return Result::refuse(Reason::kBadPixelFormat,
-                          "pixelformat is " + std::to_string(message.pixelformat));
-  if (std::string problem = size_problem(message); !problem.empty())
+  const PixelFormatInfo* format = find_format(message.pixelformat);
+  if (!format) return Result::refuse(Reason::kBadPixelFormat, format_problem(message.pixelformat));
+  if (message.row_stride == 0 && valid_image_side(message.width))
+    message.row_stride = format->bytes_per_pixel * message.width;
+  if (std::string problem = size_problem(message, *format); !problem.empty())
     return Result::refuse(Reason::kBadImageSize, problem);
 
   Result result;
@@ -103,8 +131,7 @@ Decoded<ImageMessage> decode_image(Bytes bytes) {
   image.width = message.width;
   image.height = message.height;
   image.row_stride = message.row_stride;
-  image.format =
-      message.pixelformat == image_t::PIXEL_FORMAT_MJPEG ? PixelFormat::kMjpeg : PixelFormat::kGray;
+  image.format = format->format;
   image.data = std::move(message.data);
   return result;
 }

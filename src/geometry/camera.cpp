@@ -6,6 +6,8 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "geometry/lens.h"
 
@@ -133,6 +135,20 @@ double Camera::radians_per_pixel_at(const Eigen::Vector2d& normalized) const {
   Eigen::Matrix2d distorting;
   distort(*this, normalized, &distorting);
   return radians_per_pixel() / std::sqrt(std::abs(distorting.determinant()));
+}
+
+Camera camera_of_view(int width, int height, double hfov_deg) {
+  if (!(hfov_deg >= kMinHfovDeg && hfov_deg <= kMaxHfovDeg) || width < 1 || height < 1)
+    throw std::invalid_argument("camera_of_view: " + std::to_string(width) + "x" +
+                                std::to_string(height) + " with " + std::to_string(hfov_deg) +
+                                " degrees");
+  Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = 0.5 * width / std::tan(hfov_deg * M_PI / 360);
+  camera.cx = 0.5 * (width - 1);
+  camera.cy = 0.5 * (height - 1);
+  return camera;
 }
 
 }  // namespace eifmap

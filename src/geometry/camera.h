@@ -49,4 +49,10 @@ struct Camera {
   double radians_per_pixel_at(const Eigen::Vector2d& normalized) const;
 };
 
+// A guess for who has no calibration: a pinhole with square pixels, the axis through the centre of
+// the image, and this angle from its left edge to its right one. Throws std::invalid_argument on an
+// angle beyond the limits or a size below 1.
+inline constexpr double kMinHfovDeg = 10, kMaxHfovDeg = 150;
+Camera camera_of_view(int width, int height, double hfov_deg);
+
 }  // namespace eifmap

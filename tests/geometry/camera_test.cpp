@@ -92,5 +92,18 @@ TEST(Camera, EveryFieldEntersTheId) {
   EXPECT_EQ(wide_lens().id(), wide_lens().id());
 }
 
+TEST(Camera, OfAViewSeesItsEdgesAtThatAngle) {
+  for (const double degrees : {10.0, 62.0, 150.0}) {
+    const Camera camera = camera_of_view(640, 480, degrees);
+    EXPECT_EQ(camera.problem(), "");
+    const double left = camera.normalized_from_pixel({-0.5, 239.5}).x();
+    const double right = camera.normalized_from_pixel({639.5, 239.5}).x();
+    EXPECT_NEAR((std::atan(right) - std::atan(left)) * 180 / M_PI, degrees, 1e-9);
+  }
+  EXPECT_THROW(camera_of_view(640, 480, 0), std::invalid_argument);
+  EXPECT_THROW(camera_of_view(640, 480, 180), std::invalid_argument);
+  EXPECT_THROW(camera_of_view(0, 480, 60), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace eifmap

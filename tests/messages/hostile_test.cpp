@@ -239,8 +239,9 @@ TEST(Hostile, ImageValues) {
   EXPECT_EQ(image_with([](I& i) { i.height = 11; }), Reason::kBadImageSize);
   EXPECT_EQ(image_with([](I& i) { i.width = std::numeric_limits<std::int32_t>::max(); }),
             Reason::kBadImageSize);
-  EXPECT_EQ(image_with([](I& i) { i.pixelformat = I::PIXEL_FORMAT_YUYV; }),
-            Reason::kBadPixelFormat);
+  EXPECT_EQ(image_with([](I& i) { i.pixelformat = 12345; }), Reason::kBadPixelFormat);
+  // Twice the bytes of GRAY.
+  EXPECT_EQ(image_with([](I& i) { i.pixelformat = I::PIXEL_FORMAT_YUYV; }), Reason::kBadImageSize);
   EXPECT_EQ(image_with([](I& i) { i.metadata[0].value[0] = 'x'; }), Reason::kMalformedMessage);
 }
 

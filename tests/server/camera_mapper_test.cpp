@@ -206,23 +206,72 @@ TEST(CameraMapper, ImagesTooSmallForFeaturesAreRefused) {
   EXPECT_NE(result.detail.find("32x32"), std::string::npos) << result.detail;
 }
 
+TEST(CameraMapper, AGuessedCalibrationServesUntilARealOneComes) {
+  ServerConfig config;
+  config.hfov_deg = 60;
+  CameraMapper mapper(config);
+  const SyntheticStream stream;
+  const auto anonymous = [&stream](int i) {
+    FeatureFrame frame = stream.frame(i);
+    frame.calibration_id = 0;
+    return bytes(frame);
+  };
+  EXPECT_FALSE(mapper.take_frame(kFeatures, anonymous(0)).result.rejected);
+  EXPECT_TRUE(mapper.calibration_is_guessed());
+  EXPECT_FALSE(mapper.take_frame(kFeatures, anonymous(1)).result.rejected);
+  FeatureFrame named = stream.frame(2);
+  named.calibration_id = synthetic_camera().id();
+  EXPECT_EQ(mapper.take_frame(kFeatures, bytes(named)).result.reason, Reason::kCalibrationMismatch)
+      << "a frame that names a calibration is not to be mapped with a guess";
+  EXPECT_EQ(mapper.take_calibration("cam0", calibration(synthetic_camera())).reason, Reason::kNone);
+  const CameraMapper::Mapped changed = mapper.take_frame(kFeatures, anonymous(3));
+  EXPECT_FALSE(changed.result.rejected) << changed.result.detail;
+  EXPECT_NE(changed.new_calibration, "");
+  EXPECT_FALSE(mapper.calibration_is_guessed());
+  named = stream.frame(4);
+  named.calibration_id = synthetic_camera().id();
+  EXPECT_FALSE(mapper.take_frame(kFeatures, bytes(named)).result.rejected);
+}
+
+TEST(CameraMapper, NoGuessUnasked) {
+  CameraMapper mapper{ServerConfig{}};
+  FeatureFrame frame = SyntheticStream().frame(0);
+  frame.calibration_id = 0;
+  EXPECT_EQ(mapper.take_frame(kFeatures, bytes(frame)).result.reason, Reason::kNoCalibration);
+}
+
+TEST(CameraMapper, ARefusedFrameHasArrived) {
+  const SyntheticStream stream;
+  CameraMapper mapper{ServerConfig{}};
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  mapper.take_frame(kFeatures, bytes(stream.frame(0)), stream.frame(0).time_us + 500);
+  FeatureFrame bad = stream.frame(1);
+  bad.calibration_id = changed_camera().id();
+  EXPECT_TRUE(mapper.take_frame(kFeatures, bytes(bad)).result.rejected);
+  mapper.take_frame(kFeatures, bytes(stream.frame(2)));
+  mapper.take_frame(kFeatures, bytes(stream.frame(2)));
+  EXPECT_EQ(mapper.streams().missing(), 0);
+  EXPECT_EQ(mapper.streams().streams().front().duplicates, 1);
+  EXPECT_EQ(mapper.streams().streams().front().clock_offset_us, 500);
+}
+
 TEST(CameraMapper, GapsAreWhatNeverArrived) {
   const SyntheticStream stream;
   CameraMapper mapper{ServerConfig{}};
   mapper.take_calibration("cam0", calibration(synthetic_camera()));
   mapper.take_frame(kFeatures, bytes(stream.frame(0)));
   mapper.take_frame(kFeatures, bytes(stream.frame(1)));
-  EXPECT_EQ(mapper.sequence_gaps(), 0);
+  EXPECT_EQ(mapper.streams().missing(), 0);
   mapper.take_frame(kFeatures, bytes(stream.frame(4)));
-  EXPECT_EQ(mapper.sequence_gaps(), 2);
+  EXPECT_EQ(mapper.streams().missing(), 2);
   mapper.note_dropped(3);
   mapper.take_frame(kFeatures, bytes(stream.frame(8)));
-  EXPECT_EQ(mapper.sequence_gaps(), 2) << "what the server dropped itself has arrived";
+  EXPECT_EQ(mapper.streams().missing(), 2) << "what the server dropped itself has arrived";
   FeatureFrame restarted = stream.frame(9);
   restarted.publisher = 8;
   restarted.seq = 1000;
   mapper.take_frame(kFeatures, bytes(restarted));
-  EXPECT_EQ(mapper.sequence_gaps(), 2) << "another publisher counts by itself";
+  EXPECT_EQ(mapper.streams().missing(), 2) << "another publisher counts by itself";
 }
 
 // Pictures of a textured wall before another, the camera moving sideways.

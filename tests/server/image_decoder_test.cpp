@@ -40,6 +40,119 @@ TEST(ImageDecoder, GrayWithAStride) {
   EXPECT_EQ(cv::norm(decoded.gray, image, cv::NORM_INF), 0);
 }
 
+cv::Mat two_channels(const cv::Mat& first, const cv::Mat& second) {
+  cv::Mat both;
+  cv::merge(std::vector{first, second}, both);
+  return both;
+}
+
+cv::Mat converted(const cv::Mat& image, int code) {
+  cv::Mat result;
+  cv::cvtColor(image, result, code);
+  return result;
+}
+
+cv::Mat pixels_in(PixelFormat format, const cv::Mat& color) {
+  const cv::Mat gray = converted(color, cv::COLOR_BGR2GRAY);
+  const cv::Mat other(gray.size(), CV_8UC1, cv::Scalar(77));  // chroma, or the lower byte
+  switch (format) {
+    case PixelFormat::kRgb:
+      return converted(color, cv::COLOR_BGR2RGB);
+    case PixelFormat::kBgr:
+      return color;
+    case PixelFormat::kRgba:
+      return converted(color, cv::COLOR_BGR2RGBA);
+    case PixelFormat::kBgra:
+      return converted(color, cv::COLOR_BGR2BGRA);
+    case PixelFormat::kYuyv:
+      return two_channels(gray, other);
+    case PixelFormat::kUyvy:
+    case PixelFormat::kGray16:
+      return two_channels(other, gray);
+    default:
+      return gray;
+  }
+}
+
+// An image of `color` in a format, rows padded by `padding` bytes.
+ImageMessage in_format(PixelFormat format, const cv::Mat& color, std::size_t padding) {
+  const cv::Mat pixels = pixels_in(format, color);
+  const std::size_t row = pixels.elemSize() * static_cast<std::size_t>(pixels.cols);
+  ImageMessage message;
+  message.time_us = 1;
+  message.format = format;
+  message.width = color.cols;
+  message.height = color.rows;
+  message.row_stride = static_cast<int>(row + padding);
+  for (int y = 0; y < pixels.rows; ++y) {
+    message.data.insert(message.data.end(), pixels.ptr(y), pixels.ptr(y) + row);
+    message.data.insert(message.data.end(), padding, 0xee);
+  }
+  return message;
+}
+
+cv::Mat colored() {
+  cv::Mat image(480, 640, CV_8UC3);
+  cv::RNG(2).fill(image, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(image, image, {0, 0}, 3);
+  cv::normalize(image, image, 0, 255, cv::NORM_MINMAX);
+  return image;
+}
+
+class EveryFormat : public testing::TestWithParam<PixelFormat> {};
+
+// Over the wire, with and without padded rows: the gray image that the color one has.
+TEST_P(EveryFormat, GivesTheGrayImage) {
+  const cv::Mat gray = converted(colored(), cv::COLOR_BGR2GRAY);
+  for (const std::size_t padding : {0, 1, 64}) {
+    const Decoded<ImageMessage> message =
+        decode_image(encode(to_message(in_format(GetParam(), colored(), padding))));
+    ASSERT_TRUE(message.ok()) << message.detail;
+    EXPECT_EQ(message.value.format, GetParam());
+    const DecodedImage decoded = decode_pixels(message.value, synthetic_camera());
+    ASSERT_TRUE(decoded.ok()) << decoded.detail;
+    EXPECT_EQ(cv::norm(decoded.gray, gray, cv::NORM_INF), 0) << "padding " << padding;
+  }
+}
+
+TEST_P(EveryFormat, RowsWithoutAStrideAreNotPadded) {
+  bot_core::image_t sent = to_message(in_format(GetParam(), colored(), 0));
+  const int stride = sent.row_stride;
+  sent.row_stride = 0;
+  const Decoded<ImageMessage> message = decode_image(encode(sent));
+  ASSERT_TRUE(message.ok()) << message.detail;
+  EXPECT_EQ(message.value.row_stride, stride);
+}
+
+TEST_P(EveryFormat, AMissingByteIsRefused) {
+  bot_core::image_t sent = to_message(in_format(GetParam(), colored(), 0));
+  sent.data.pop_back();
+  --sent.size;
+  const Decoded<ImageMessage> message = decode_image(encode(sent));
+  EXPECT_EQ(message.reason, Reason::kBadImageSize);
+  EXPECT_NE(message.detail.find(info(GetParam()).name), std::string::npos) << message.detail;
+}
+
+INSTANTIATE_TEST_SUITE_P(ImageDecoder, EveryFormat,
+                         testing::Values(PixelFormat::kGray, PixelFormat::kGray16,
+                                         PixelFormat::kRgb, PixelFormat::kBgr, PixelFormat::kRgba,
+                                         PixelFormat::kBgra, PixelFormat::kYuyv, PixelFormat::kUyvy,
+                                         PixelFormat::kI420, PixelFormat::kNv12),
+                         [](const auto& test) { return std::string(info(test.param).name); });
+
+TEST(ImageDecoder, Gray16OfACameraWithFewerBits) {
+  ImageMessage message = in_format(PixelFormat::kGray16, colored(), 0);
+  for (std::size_t pixel = 0; pixel < 640 * 480; ++pixel) {  // 12 bits: 0 to 4095
+    message.data[2 * pixel] = static_cast<std::uint8_t>(pixel % 4096 & 255);
+    message.data[2 * pixel + 1] = static_cast<std::uint8_t>(pixel % 4096 >> 8);
+  }
+  const cv::Mat of_12 = decode_pixels(message, synthetic_camera(), 12).gray;
+  EXPECT_EQ(of_12.at<std::uint8_t>(0, 160), 160 >> 4);
+  EXPECT_EQ(of_12.at<std::uint8_t>(6, 255), 4095 >> 4);
+  const cv::Mat of_10 = decode_pixels(message, synthetic_camera(), 10).gray;
+  EXPECT_EQ(of_10.at<std::uint8_t>(6, 255), 255) << "too bright is white, not dark again";
+}
+
 TEST(ImageDecoder, JpegAsTheRecordedFolderReadsIt) {
   const ImageMessage message = jpeg(texture());
   const DecodedImage decoded = decode_pixels(message, synthetic_camera());
