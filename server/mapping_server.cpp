@@ -56,12 +56,17 @@ void MappingServer::subscribe(const ServerConfig& config) {
                  });
 }
 
-// In the receiving thread: nothing but moving bytes.
+// In the receiving thread: nothing but moving bytes, and putting parts together.
 void MappingServer::receive(const std::string& channel, Bytes bytes) {
-  if (const std::optional<Channel> parsed = parse_channel(channel))
-    inbox_.put(*parsed, bytes);
-  else
+  const std::optional<Channel> parsed = parse_channel(channel);
+  if (!parsed) {
     ++bad_channels_;
+    return;
+  }
+  if (parsed->kind != ChannelKind::kFeatures || !is_part_of_features(bytes))
+    return inbox_.put(*parsed, bytes);
+  for (const std::vector<std::uint8_t>& frame : parts_.add(parsed->camera, bytes))
+    inbox_.put(*parsed, frame);
 }
 
 void MappingServer::run() {
@@ -177,7 +182,7 @@ status_t MappingServer::publish_status(bool new_period) {
                              std::chrono::duration<double>(config_.status_period_s));
   const status_t status = board_.make(mapper_.camera(),
                                       {counts.frames, counts.dropped, counts.foreign, bad_channels_,
-                                       mapper_.calibration_is_guessed()},
+                                       mapper_.calibration_is_guessed(), parts_.counts()},
                                       mapper_.streams(), mapper_.statistics(), now, new_period);
   const std::string camera = mapper_.camera().empty() ? std::string(kNoCamera) : mapper_.camera();
   send(channel_name(camera, ChannelKind::kStatus), encode(status));

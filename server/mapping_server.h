@@ -16,6 +16,7 @@
 #include "server/config.h"
 #include "server/inbox.h"
 #include "server/outbox.h"
+#include "server/part_collector.h"
 #include "server/status_board.h"
 
 namespace eifmap {
@@ -68,6 +69,7 @@ class MappingServer {
   Bus& bus_;
   const OnChange on_change_;
   const std::int64_t server_epoch_;
+  PartCollector parts_;
   Inbox inbox_;
   CameraMapper mapper_;
   Outbox outbox_;

@@ -189,6 +189,13 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   describe_streams(status, streams);
   status.diagnostics.push_back(
       diagnostic("calibration_guessed", counts.calibration_is_guessed ? 1 : 0));
+  const FeatureAssembler::Counts& parts = counts.parts;
+  if (parts.whole + parts.incomplete > 0) {
+    status.diagnostics.push_back(diagnostic("split_frames.whole", parts.whole));
+    status.diagnostics.push_back(diagnostic("split_frames.incomplete", parts.incomplete));
+    status.diagnostics.push_back(diagnostic("split_frames.missing_parts", parts.missing_parts));
+    status.diagnostics.push_back(diagnostic("split_frames.late_parts", parts.late_parts));
+  }
   status.num_diagnostics = static_cast<std::int32_t>(status.diagnostics.size());
   return status;
 }

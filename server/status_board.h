@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "convert/feature_parts.h"
 #include "map_view.h"
 #include "server/stream_book.h"
 
@@ -36,6 +37,7 @@ class StatusBoard {
   struct Counts {
     std::int64_t frames_received = 0, frames_dropped = 0, foreign_frames = 0, bad_channels = 0;
     bool calibration_is_guessed = false;
+    FeatureAssembler::Counts parts;
   };
   // Rates are over the time since the last call with `new_period`.
   status_t make(const std::string& camera, const Counts& counts, const StreamBook& streams,

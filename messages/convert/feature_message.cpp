@@ -13,7 +13,7 @@ namespace eifmap {
 namespace {
 
 void scan(LayoutScanner& in) {
-  in.skip(8 + 8 + 8);  // utime, publisher, seq
+  in.skip(8 + 8 + 8 + 2 + 2);  // utime, publisher, seq, part, num_parts
   in.string("camera", kMaxText);
   in.skip(8 + 4 + 4 + 2 + 2);  // calibration_id, width, height, extractor, extractor_version
   const std::size_t n = in.count("n", kMaxFeatures);
@@ -26,6 +26,8 @@ void scan(LayoutScanner& in) {
 std::string shape_problem(const feature_frame_t& message) {
   if (!valid_camera_name(message.camera)) return "the camera's name is not 1 to 24 of A-Za-z0-9_-";
   if (!valid_time(message.utime)) return "utime is " + std::to_string(message.utime);
+  if (message.num_parts < 1 || message.part < 0 || message.part >= message.num_parts)
+    return "part is " + std::to_string(message.part) + " of " + std::to_string(message.num_parts);
   if (!valid_image_side(message.width) || !valid_image_side(message.height))
     return "width x height is " + std::to_string(message.width) + " x " +
            std::to_string(message.height);
@@ -75,6 +77,8 @@ feature_frame_t to_message(const FeatureFrame& frame) {
   message.utime = frame.time_us;
   message.publisher = frame.publisher;
   message.seq = frame.seq;
+  message.part = 0;
+  message.num_parts = 1;
   message.camera = frame.camera;
   message.calibration_id = frame.calibration_id;
   message.width = frame.width;
@@ -97,8 +101,8 @@ feature_frame_t to_message(const FeatureFrame& frame) {
   return message;
 }
 
-Decoded<FeatureFrame> decode_features(Bytes bytes) {
-  using Result = Decoded<FeatureFrame>;
+Decoded<FeaturePart> decode_feature_part(Bytes bytes) {
+  using Result = Decoded<FeaturePart>;
   const Decoded<feature_frame_t> decoded = decode_checked<feature_frame_t>(bytes, scan);
   if (!decoded.ok()) return Result::refuse(decoded.reason, decoded.detail);
   if (std::string problem = shape_problem(decoded.value); !problem.empty())
@@ -107,13 +111,35 @@ Decoded<FeatureFrame> decode_features(Bytes bytes) {
     return Result::refuse(Reason::kUnknownExtractor,
                           "extractor " + std::to_string(decoded.value.extractor));
   Result result;
-  result.value = from_message(decoded.value);
-  for (std::size_t i = 0; i < result.value.keypoints.size(); ++i)
-    if (std::string problem =
-            keypoint_problem(result.value.keypoints[i], result.value.width, result.value.height);
+  FeatureFrame& frame = result.value.frame;
+  frame = from_message(decoded.value);
+  result.value.part = decoded.value.part;
+  result.value.num_parts = decoded.value.num_parts;
+  for (std::size_t i = 0; i < frame.keypoints.size(); ++i)
+    if (std::string problem = keypoint_problem(frame.keypoints[i], frame.width, frame.height);
         !problem.empty())
       return Result::refuse(Reason::kBadFeatures, "feature " + std::to_string(i) + ": " + problem);
   return result;
+}
+
+Decoded<FeatureFrame> decode_features(Bytes bytes) {
+  using Result = Decoded<FeatureFrame>;
+  Decoded<FeaturePart> part = decode_feature_part(bytes);
+  if (!part.ok()) return Result::refuse(part.reason, std::move(part.detail));
+  if (part.value.num_parts != 1)
+    return Result::refuse(Reason::kMalformedMessage,
+                          "part " + std::to_string(part.value.part) + " of " +
+                              std::to_string(part.value.num_parts) + ", wanted a whole frame");
+  Result result;
+  result.value = std::move(part.value.frame);
+  return result;
+}
+
+bool is_part_of_features(Bytes bytes) {
+  constexpr std::size_t kNumParts =
+      8 + 8 + 8 + 8 + 2;  // after fingerprint, utime, publisher, seq, part
+  if (bytes.size() < kNumParts + 2) return false;
+  return (bytes[kNumParts] << 8 | bytes[kNumParts + 1]) > 1;
 }
 
 }  // namespace eifmap
