@@ -139,9 +139,10 @@ void add_options(CLI::App& app, Options& options) {
   app.set_version_flag("--version", EIFMAP_VERSION);
   app.add_option("--config", options.config_file, "JSON file; --print-config shows every key");
   app.add_flag("--print-config", options.print_config, "print the configuration in force and stop");
-  app.add_flag("--paper", options.paper,
-               "the published method to the letter (Wang & Dissanayake 2010); the configuration file "
-               "still changes it");
+  app.add_flag(
+      "--paper", options.paper,
+      "the published method to the letter (Wang & Dissanayake 2010); the configuration file "
+      "still changes it");
   app.add_option("--calibration", options.calibration_file,
                  "calib.json of the camera, instead of waiting for a calibration message");
   app.add_option("--output", sequence.output, "folder for trajectories, map and report");
