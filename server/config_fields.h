@@ -109,7 +109,8 @@ template <OptionsOf<TrackingOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("start", o.start);
   visit("older_reference", o.older_reference);
-  visit("fall_back_to_pnp", o.fall_back_to_pnp);
+  visit("fall_back", o.fall_back);
+  visit("second_radius_px", o.second_radius_px);
   visit("refine", o.refine);
   visit("min_inlier_ratio", o.min_inlier_ratio);
 }
@@ -130,6 +131,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_error", o.max_error);
   visit("min_views", o.min_views);
   visit("min_views_if_few", o.min_views_if_few);
+  visit("few_tracked", o.few_tracked);
   visit("search_radius_px", o.search_radius_px);
   visit("min_baseline_sigma", o.min_baseline_sigma);
   visit("promote_omega_p", o.promote_omega_p);
@@ -149,6 +151,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("relinearize", o.relinearize);
   visit("relinearize_px", o.relinearize_px);
   visit("max_iterations", o.max_iterations);
+  visit("judge_edges", o.judge_edges);
   visit("huber_sigma", o.huber_sigma);
   visit("gate_sigma", o.gate_sigma);
 }

@@ -41,6 +41,7 @@ std::string landmark_problem(const LandmarkOptions& o) {
   if (o.min_views < 2) return say("landmark.min_views", o.min_views, "2 or more");
   if (o.min_views_if_few < 2)
     return say("landmark.min_views_if_few", o.min_views_if_few, "2 or more");
+  if (o.few_tracked < 0) return say("landmark.few_tracked", o.few_tracked, "0 or more");
   if (!(o.search_radius_px > 0))
     return say("landmark.search_radius_px", o.search_radius_px, "above 0");
   if (!(o.min_baseline_sigma >= 0))
@@ -81,15 +82,19 @@ MapperOptions MapperOptions::paper() {
   paper.start.triangulated_keyframes = 3;
   paper.tracking.refine = false;
   paper.tracking.older_reference = false;
-  paper.tracking.fall_back_to_pnp = false;
+  paper.tracking.fall_back = false;
+  paper.tracking.second_radius_px = 0;
   paper.landmark.promote_omega_p = false;
   paper.landmark.min_views = paper.landmark.min_views_if_few = 2;
   paper.filter.relinearize = Relinearize::kOnce;
+  paper.filter.judge_edges = false;
   return paper;
 }
 
 std::string MapperOptions::problem() const {
   if (!(sigma_factor > 0)) return say("sigma_factor", sigma_factor, "above 0");
+  if (!(tracking.second_radius_px >= 0))
+    return say("tracking.second_radius_px", tracking.second_radius_px, "0 or more");
   if (!(tracking.min_inlier_ratio >= 0 && tracking.min_inlier_ratio <= 1))
     return say("tracking.min_inlier_ratio", tracking.min_inlier_ratio, "0 to 1");
   for (const std::string& problem :

@@ -41,9 +41,14 @@ struct TrackingOptions {
   // Too near the reference for a relative pose: fit against an older keyframe, before the map alone
   // has to do.
   bool older_reference = false;
-  bool fall_back_to_pnp = true;
+  // Where the map does not confirm that: the other ways along the line, and at last PnP.
+  bool fall_back = true;
   // Refine all 6 DOF on the local map before the filter gets the pose. [WD10] does not.
   bool refine = true;
+  // Searched again this near to where the pose of the first search sees the landmarks; 0: once is
+  // enough, as in [WD10]. With one search at 8 px one run in seven of a hand-held recording changed
+  // its scale by a fifth on the way.
+  double second_radius_px = 3;
   // Of the landmarks found near their predicted places (or, in PnP, matched), the share that must
   // agree with the pose. Chance alone makes about one in ten agree with any pose.
   double min_inlier_ratio = 0.3;
@@ -63,10 +68,11 @@ struct LandmarkOptions {
   double max_relative_depth = 0.25;  // sigma_Z / Z to enter the filter
   double max_error = 3.0;            // whitened reprojection error in each view
   int min_views = 3;                 // two and a third that agrees
-  // The same where the new keyframe tracked fewer than keyframe.few_tracked: a feature may be out
-  // of view before it has been seen a third time. 2 keeps more of a fast camera's way, but a third
-  // view is what finds wrong matches: without it NEES in a recorded room was 12, with it 6.
-  int min_views_if_few = 3;
+  // The same where the new keyframe tracked fewer than few_tracked: a feature may be out of view
+  // before it has been seen a third time. A third view is what finds wrong matches: with two
+  // wherever fewer than 120 were tracked, NEES in a recorded room was 12 instead of 6.
+  int min_views_if_few = 2;
+  int few_tracked = 60;
   double search_radius_px = 8;  // guided search around the predicted pixel
   // No triangulation over a baseline of less than so many sigmas of the new keyframe's place: its
   // own error would make the depths.
@@ -97,8 +103,10 @@ struct FilterOptions {
   Relinearize relinearize = Relinearize::kThreshold;
   double relinearize_px = 0.02;  // at 0.1 a map stays one sigma too small: many small moves add up
   int max_iterations = 5;        // of solve and relinearize, per keyframe
-  double huber_sigma = 2.0;      // whitened residual from which a sighting counts less
-  double gate_sigma = 3.5;  // whitened residual above which a sighting is dropped as an outlier
+  // Edges' covariances grow as far as the map shows that they are too small. [WD10] trusts them.
+  bool judge_edges = true;
+  double huber_sigma = 2.0;  // whitened residual from which a sighting counts less
+  double gate_sigma = 3.5;   // whitened residual above which a sighting is dropped as an outlier
 };
 
 struct LostOptions {

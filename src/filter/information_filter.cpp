@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "geometry/projection.h"
+#include "geometry/robust.h"
 
 namespace eifmap {
 namespace {
@@ -21,6 +22,20 @@ double robust_weight(double error, double k) {
 
 // Chi-square of 5 degrees of freedom, 1 in 100,000: an edge beyond it contradicts the map.
 constexpr double kEdgeGate = 30.9;
+
+// What edges claim of themselves, against what the map, whose features have many more sights, says
+// of them: 1 where they are right, more where whatever disturbs the images (a calibration that is
+// off, a rolling shutter) is in no keypoint's sigma. From the median, which a few wrong edges do
+// not move; as if kTrusted edges more had been right.
+double variance_of_edges(const std::vector<FilterEdge>& edges) {
+  constexpr double kMedianOfChi5 = 4.351, kTrusted = 10, kLargest = 16;
+  std::vector<double> errors;
+  for (const FilterEdge& edge : edges)
+    if (edge.linearized) errors.push_back(edge.squared_error);
+  const auto n = static_cast<double>(errors.size());
+  const double factor = (kTrusted + n * take_median(errors) / kMedianOfChi5) / (kTrusted + n);
+  return std::clamp(factor, 1.0, kLargest);
+}
 
 }  // namespace
 
@@ -128,7 +143,8 @@ void InformationFilter::linearize_edge(FilterEdge& edge) const {
   edge.linearization = at_mean;
   edge.linearized = defined;
   if (!defined) return;
-  const double root = std::sqrt(robust_weight(std::sqrt(edge.squared_error), kEdgeLimit));
+  const double error = std::sqrt(edge.squared_error / edge_variance_);
+  const double root = std::sqrt(robust_weight(error, kEdgeLimit) / edge_variance_);
   edge.linearization.residual *= root;
   edge.linearization.d_i *= root;
   edge.linearization.d_j *= root;
@@ -218,6 +234,7 @@ FilterUpdate InformationFilter::update() {
     gauge_ = {baseline.normalized(), baseline.norm()};
     has_gauge_ = true;
   }
+  if (options_.judge_edges) edge_variance_ = variance_of_edges(edges_);
   bool settled = settle(result);
   if (!settled) {
     // What is far off at the mean of before may be what spoils the matrix: once more without it.

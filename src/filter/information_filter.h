@@ -62,6 +62,8 @@ class InformationFilter {
 
   int num_poses() const { return static_cast<int>(poses_.size()); }
   int num_landmarks() const { return static_cast<int>(landmarks_.size()); }  // removed ones too
+  // What the edges' covariances are multiplied by, as of the last update: 1 while they are right.
+  double edge_variance() const { return edge_variance_; }
   int num_edges() const { return static_cast<int>(edges_.size()); }
   std::size_t num_measurements() const;
   const Rigid3& pose(int i) const { return poses_[i]; }
@@ -105,7 +107,8 @@ class InformationFilter {
   std::vector<Rigid3> poses_;
   std::vector<FilterLandmark> landmarks_;
   std::vector<FilterEdge> edges_;
-  ScaleGauge gauge_;  // of the first two poses, as they were at the first update
+  double edge_variance_ = 1;  // what the edges' covariances are multiplied by
+  ScaleGauge gauge_;          // of the first two poses, as they were at the first update
   bool has_gauge_ = false;
   bool solved_ = false;  // `cholesky_` holds the factor of the last update's matrix
   BlockMatrix reduced_;  // S, over all poses but the first

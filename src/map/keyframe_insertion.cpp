@@ -114,7 +114,7 @@ Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& trac
   const bool has_edge = options.edge.enabled && add_relative_pose(map, k, tracking, options);
   extend_tracks(map, k, options,
                 {sigma_centre(tracking),
-                 static_cast<int>(tracking.sights.size()) < options.keyframe.few_tracked,
+                 static_cast<int>(tracking.sights.size()) < options.landmark.few_tracked,
                  options.landmark.promote_omega_p && !has_edge});
   const FilterUpdate update = map.update();
   const Reason reason = judge_update(map, k, tracking, before, update);

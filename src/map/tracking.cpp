@@ -74,12 +74,14 @@ class PoseSearch {
   bool by_map_alone(const std::vector<LandmarkSight>& sights, Tracking& tracking) const;
 
   Rigid3 guess_along_line(const Tracking& tracking) const;
-  std::optional<Rigid3> place_along_line(const std::vector<LandmarkSight>& sights,
+  std::optional<Rigid3> place_along_line(PoseStart way, const std::vector<LandmarkSight>& sights,
                                          const Tracking& tracking) const;
   std::vector<SeenTwice> seen_twice(const std::vector<LandmarkSight>& sights, int keyframe) const;
   void relate_to(int keyframe, Tracking& tracking) const;
   bool from(const Rigid3& start, const std::vector<LandmarkSight>& sights, PoseSource source,
             Tracking& tracking) const;
+  bool search_around(const Rigid3& pose, const std::vector<int>& landmarks, double radius_px,
+                     Tracking& tracking) const;
   bool confirm(const Rigid3& pose, PoseSource source, Tracking& tracking) const;
   void take(const AbsolutePose& judged, const std::vector<LandmarkSight>& found,
             Tracking& tracking) const;
@@ -110,14 +112,11 @@ void PoseSearch::take(const AbsolutePose& judged, const std::vector<LandmarkSigh
   tracking.detail = detail.str();
 }
 
-// A pose from the matches at hand becomes one of the whole local map, or is given up.
-bool PoseSearch::confirm(const Rigid3& pose, PoseSource source, Tracking& tracking) const {
-  tracking.source = source;
-  const std::vector<int> local =
-      map_.landmarks_of(map_.covisible(tracking.reference, kLocalKeyframes));
-  const double radius = options_.landmark.search_radius_px * map_.radians_per_pixel();
-  const std::vector<LandmarkSight> found =
-      search_landmarks(map_, observed_, pose, local, radius, options_.match);
+// The pose by what of these landmarks is found around where it would see them.
+bool PoseSearch::search_around(const Rigid3& pose, const std::vector<int>& landmarks,
+                               double radius_px, Tracking& tracking) const {
+  const std::vector<LandmarkSight> found = search_landmarks(
+      map_, observed_, pose, landmarks, radius_px * map_.radians_per_pixel(), options_.match);
   const std::vector<MapObservation> observations = map_observations(map_, observed_, pose, found);
   take(options_.tracking.refine ? refine_absolute_pose(pose, observations, options_.absolute_pose)
                                 : judge_absolute_pose(pose, observations, options_.absolute_pose),
@@ -125,13 +124,29 @@ bool PoseSearch::confirm(const Rigid3& pose, PoseSource source, Tracking& tracki
   return tracking.ok();
 }
 
-// From a start near the truth, refined on the sights at hand unless that is switched off.
+// A pose from the matches at hand becomes one of the whole local map, or is given up. From the
+// first search's start a place is only known to pixels; from its result, well enough that what
+// merely looks alike nearby need not be believed.
+bool PoseSearch::confirm(const Rigid3& pose, PoseSource source, Tracking& tracking) const {
+  tracking.source = source;
+  const std::vector<int> local =
+      map_.landmarks_of(map_.covisible(tracking.reference, kLocalKeyframes));
+  if (!search_around(pose, local, options_.landmark.search_radius_px, tracking)) return false;
+  if (options_.tracking.second_radius_px == 0) return true;
+  Tracking second = tracking;
+  if (search_around(tracking.world_from_camera, local, options_.tracking.second_radius_px, second))
+    tracking = std::move(second);
+  return true;
+}
+
+// From a start near the truth, refined on the sights at hand unless that is switched off. Where
+// they are too few for that, the local map has the word on the start as it is.
 bool PoseSearch::from(const Rigid3& start, const std::vector<LandmarkSight>& sights,
                       PoseSource source, Tracking& tracking) const {
   if (!options_.tracking.refine) return confirm(start, source, tracking);
   const AbsolutePose pose = refine_absolute_pose(
       start, map_observations(map_, observed_, start, sights), options_.absolute_pose);
-  return pose.ok() && confirm(pose.world_from_camera, source, tracking);
+  return confirm(pose.ok() ? pose.world_from_camera : start, source, tracking);
 }
 
 void PoseSearch::relate_to(int keyframe, Tracking& tracking) const {
@@ -163,15 +178,16 @@ std::vector<SeenTwice> PoseSearch::seen_twice(const std::vector<LandmarkSight>& 
   return features;
 }
 
-// The sixth degree of freedom of the relative pose, by the chosen way.
-std::optional<Rigid3> PoseSearch::place_along_line(const std::vector<LandmarkSight>& sights,
+// The sixth degree of freedom of the relative pose, by one of the ways.
+std::optional<Rigid3> PoseSearch::place_along_line(PoseStart way,
+                                                   const std::vector<LandmarkSight>& sights,
                                                    const Tracking& tracking) const {
   const Rigid3 guess = guess_along_line(tracking);
   const Rigid3& world_from_i = map_.pose(tracking.related);
   if (guess.translation == world_from_i.translation) return std::nullopt;  // no line
-  if (options_.tracking.start == PoseStart::kSameSpeed) return guess;
+  if (way == PoseStart::kSameSpeed) return guess;
   if (static_cast<int>(sights.size()) < options_.scale_fit.min_inliers) return std::nullopt;
-  if (options_.tracking.start == PoseStart::kTriangulation)
+  if (way == PoseStart::kTriangulation)
     return place_by_triangulation(world_from_i, tracking.pair.relative.pose,
                                   seen_twice(sights, tracking.related));
   const ScaleFit fit =
@@ -181,9 +197,20 @@ std::optional<Rigid3> PoseSearch::place_along_line(const std::vector<LandmarkSig
   return fit.world_from_j;
 }
 
+// By the chosen way; where the map does not confirm it, by the others. Each fails on frames where
+// another does not.
 bool PoseSearch::along_line(const std::vector<LandmarkSight>& sights, Tracking& tracking) const {
-  const std::optional<Rigid3> start = place_along_line(sights, tracking);
-  return start && from(*start, sights, PoseSource::kScaleFit, tracking);
+  const auto by = [&](PoseStart way) {
+    const std::optional<Rigid3> start = place_along_line(way, sights, tracking);
+    return start && from(*start, sights, PoseSource::kScaleFit, tracking);
+  };
+  const PoseStart chosen = options_.tracking.start;
+  if (by(chosen)) return true;
+  if (!options_.tracking.fall_back) return false;
+  for (const PoseStart way :
+       {PoseStart::kScaleFit, PoseStart::kTriangulation, PoseStart::kSameSpeed})
+    if (way != chosen && by(way)) return true;
+  return false;
 }
 
 // Where a plane fills the view two motions explain the matches: that with which more of the map
@@ -257,7 +284,7 @@ bool PoseSearch::against(int reference, Tracking& tracking) const {
       against_older(tracking))
     return true;
   if (without_pose != Reason::kTooFewMatches && by_map_alone(sights, tracking)) return true;
-  if ((options_.tracking.fall_back_to_pnp || options_.tracking.start == PoseStart::kPnp) &&
+  if ((options_.tracking.fall_back || options_.tracking.start == PoseStart::kPnp) &&
       by_pnp(sights, PoseSource::kPnp, tracking))
     return true;
 

@@ -26,7 +26,7 @@ class Table {
 
 // Without the fallback, which would hide what a start is worth.
 std::string start(const std::string& name) {
-  return R"({"mapper": {"tracking": {"start": ")" + name + R"(", "fall_back_to_pnp": false}}})";
+  return R"({"mapper": {"tracking": {"start": ")" + name + R"(", "fall_back": false}}})";
 }
 
 }  // namespace
@@ -34,7 +34,7 @@ std::string start(const std::string& name) {
 std::vector<Row> all_rows() {
   std::vector<Row> rows;
   Table(rows, "Frame rate").row("defaults", "{}", {1, 2, 5, 10});
-  Table(rows, "Start of a new pose, with no PnP to fall back on")
+  Table(rows, "Start of a new pose, with nothing to fall back on")
       .row("scale fit", start("scale_fit"), {1, 5, 10})
       .row("same speed", start("same_speed"), {1, 5, 10})
       .row("plain triangulation", start("triangulation"), {1, 5, 10})
@@ -59,10 +59,11 @@ std::vector<Row> all_rows() {
       .row("by merit", R"({"mapper": {"map_sign": "merit"}})");
   Table(rows, "Smaller choices")
       .row("defaults", "{}")
-      .row("points of two views where few are tracked",
-           R"({"mapper": {"landmark": {"min_views_if_few": 2}}})", {1, 5, 10})
+      .row("three views always", R"({"mapper": {"landmark": {"few_tracked": 0}}})", {1, 5, 10})
       .row("Omega_p promoted", R"({"mapper": {"landmark": {"promote_omega_p": true}}})")
       .row("older reference", R"({"mapper": {"tracking": {"older_reference": true}}})")
+      .row("one search for landmarks", R"({"mapper": {"tracking": {"second_radius_px": 0}}})")
+      .row("edges trusted as they claim", R"({"mapper": {"filter": {"judge_edges": false}}})")
       .row("no refinement", R"({"mapper": {"tracking": {"refine": false}}})");
   Table(rows, "Features")
       .row("SURF upright", R"({"features": {"extractor": "surf_upright"}})")

@@ -165,6 +165,33 @@ TEST(InformationFilter, ALandmarkBehindItsCamerasCostsOnlyItself) {
   EXPECT_LT(pose_error(world.poses[8], world.filter.pose(8)).norm(), 0.1);
 }
 
+// Edges to the two poses before each, whose errors are `times` what they claim.
+FilterWorld world_with_edges(double times, std::uint64_t seed) {
+  FilterWorld world = make_filter_world({.num_poses = 30, .seed = seed});
+  test::Random random(seed);
+  constexpr double kSigma = 2e-3;
+  for (int j = 1; j < 30; ++j)
+    for (int i = std::max(0, j - 2); i < j; ++i) {
+      RelativePose edge = test::true_edge(world, i, j, kSigma * kSigma);
+      const Eigen::Vector3d turn = times * kSigma * random.normal_vector<3>();
+      edge.i_from_j = edge.i_from_j * so3_exp(turn);
+      edge.direction = sphere_retract(edge.direction, times * kSigma * random.normal_vector<2>());
+      EXPECT_TRUE(world.filter.add_edge(i, j, edge));
+    }
+  for (int k = 0; k < 3; ++k) world.filter.update();
+  return world;
+}
+
+TEST(InformationFilter, EdgesAreTrustedAsFarAsTheMapAgrees) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    EXPECT_LT(world_with_edges(1, seed).filter.edge_variance(), 1.3);
+    // 4 times the variance; less shows, since the edges pull the map to themselves.
+    const double found = world_with_edges(2, seed).filter.edge_variance();
+    EXPECT_GT(found, 1.6);
+    EXPECT_LT(found, 6);
+  }
+}
+
 TEST(InformationFilter, AWrongEdgeGoesWithoutTakingSightsAlong) {
   FilterWorld clean = make_filter_world({.seed = 15});
   FilterWorld disturbed = make_filter_world({.seed = 15});

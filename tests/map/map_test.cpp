@@ -126,8 +126,7 @@ TEST(Map, AWrongSightDoesNotKeepACandidateFromBecomingALandmark) {
 
 TEST(Map, TakesPointsOfTwoViewsOnlyWhereFewAreTracked) {
   const SyntheticStream world;
-  MapperOptions options;
-  options.landmark.min_views_if_few = 2;
+  const MapperOptions options;
   for (const bool few : {false, true}) {
     Map map = scene_with_landmarks(world, 2);
     for (int t = 0; t < map.num_tracks(); t += 2) map.remove_track(t);
