@@ -68,6 +68,32 @@ TEST(SequenceRun, WritesEveryFileAndEveryFigure) {
   }
 }
 
+// The same images in another layout are the same map.
+TEST(SequenceRun, ImagesAloneAreMappedAsOurOwn) {
+  const TemporaryFolder folder, plain;
+  record(folder, 6);
+  std::filesystem::copy(folder.path() / "images", plain.path());
+  SequenceRunOptions options;
+  options.sequence = folder.path();
+  options.output = folder.path() / "own";
+  ASSERT_EQ(run(options), "");
+  options.sequence = plain.path();
+  options.output = folder.path() / "plain";
+  EXPECT_NE(run(options).find("has no calibration"), std::string::npos);
+  options.images.calibration = folder.path() / "calib.json";
+  std::vector<std::string> notes;
+  ASSERT_EQ(run_sequence(
+                options, [](int, int) { return true; },
+                [&notes](const std::string& note) { notes.push_back(note); }),
+            "");
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("10 images a second are assumed"), std::string::npos);
+  for (const char* file : {"trajectory.tum", "trajectory_final.tum", "keyframes.tum", "map.ply"})
+    EXPECT_EQ(read_text(folder.path() / "own" / file), read_text(folder.path() / "plain" / file))
+        << file;
+  EXPECT_NE(read_text(folder.path() / "plain" / "map.ply"), "");
+}
+
 TEST(SequenceRun, EveryAndMaxFramesAndAnEarlyStop) {
   const TemporaryFolder folder;
   record(folder, 7);
@@ -95,6 +121,19 @@ TEST(SequenceRun, AnUnreadableImageIsCountedAndPassedOver) {
   ASSERT_EQ(run(options), "");
   EXPECT_EQ(report(options)["frames"], 4);
   EXPECT_EQ(report(options)["rejected_reasons"]["CORRUPT_IMAGE"], 1);
+}
+
+TEST(SequenceRun, NoUsableImageIsAProblem) {
+  const TemporaryFolder folder;
+  record(folder, 2);
+  folder.write("images/0010.png", "no image");
+  folder.write("images/0011.png", "no image");
+  SequenceRunOptions options;
+  options.sequence = folder.path();
+  options.output = folder.path() / "out";
+  const std::string problem = run(options);
+  EXPECT_NE(problem.find("none of the 2 images could be used: "), std::string::npos) << problem;
+  EXPECT_NE(problem.find("0010.png: cannot be decoded"), std::string::npos) << problem;
 }
 
 TEST(SequenceRun, ProblemsAreSentencesAndMisuseThrows) {

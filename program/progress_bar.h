@@ -9,13 +9,22 @@ namespace eifmap {
 class ProgressBar {
  public:
   ProgressBar(std::ostream& out, bool terminal) : out_(out), terminal_(terminal) {}
+  ~ProgressBar();  // ends a line that was left open
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  // `total` < 0: nobody knows; then a count, on a terminal once a second, else once a minute.
   void show(int done, int total);
 
  private:
+  using Clock = std::chrono::steady_clock;
+  void show_count(int done);
+
   std::ostream& out_;
   bool terminal_;
+  bool line_open_ = false;  // on a terminal
   int shown_ = -1;  // tenths, or hundredths on a terminal
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  Clock::time_point begin_ = Clock::now(), next_ = begin_;
 };
 
 }  // namespace eifmap
