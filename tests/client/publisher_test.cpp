@@ -220,6 +220,25 @@ TEST_F(PublisherTest, KeepsTheRecordedRateOrTheOneAskedFor) {
   EXPECT_LT(at_once, 0.2);
 }
 
+// As a camera's: they leave when they come, and the end has a reason.
+class LiveSource : public DerivedSource {
+ public:
+  using DerivedSource::DerivedSource;
+  int size() const override { return kNoEnd; }
+  bool live() const override { return true; }
+  std::string problem() const override { return "unplugged"; }
+};
+
+TEST_F(PublisherTest, LiveImagesLeaveAtOnceAndTheirEndIsAProblem) {
+  Recorder recorder;
+  LiveSource camera(source());
+  auto slow = options(PublishAs::kRaw);
+  slow.rate_hz = 0.01;
+  const auto result = publish(camera, slow, recorder.sender(), always);
+  EXPECT_EQ(result.published, 3);
+  EXPECT_EQ(result.problem, "unplugged");
+}
+
 TEST_F(PublisherTest, TheCapKeepsTheStrongestFeatures) {
   Recorder recorder;
   const auto images = source();

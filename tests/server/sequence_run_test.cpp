@@ -106,7 +106,7 @@ TEST(SequenceRun, EveryAndMaxFramesAndAnEarlyStop) {
   options.max_frames = 2;
   ASSERT_EQ(run(options), "");
   EXPECT_EQ(report(options)["frames"], 2);
-  options = {options.sequence, options.output, 1, 0, 0, 1, {}, {}};
+  options = {options.sequence, options.output, 1, 0, 0, 1, {}, {}, {}};
   ASSERT_EQ(run_sequence(options, [](int done, int) { return done < 4; }), "");
   EXPECT_EQ(report(options)["frames"], 4) << "what there is by then is written";
 }
@@ -145,7 +145,7 @@ TEST(SequenceRun, ProblemsAreSentencesAndMisuseThrows) {
   const TemporaryFolder folder;
   record(folder, 2);
   const auto file = folder.write("file", "");
-  options = {folder.path(), file / "out", 1, 0, 0, 1, {}, {}};
+  options = {folder.path(), file / "out", 1, 0, 0, 1, {}, {}, {}};
   EXPECT_NE(run(options).find("file"), std::string::npos) << "an output that cannot be made";
 }
 
