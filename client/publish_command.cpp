@@ -143,7 +143,7 @@ Command add_publish_command(CLI::App& app) {
                       "of the simulated camera: lap, or turn (straight on, with fast turns)");
   command->add_option("--roll-deg", options->simulation.roll_deg,
                       "how far the simulated camera is slowly rolled");
-  command->add_option("--as", publish.as, "raw, mjpeg or features (the default)")
+  command->add_option("--as", publish.as, "what to send; default: features")
       ->transform(one_of(as_numbers(kWays)));
   command
       ->add_option("--extractor", publish.features.extractor,

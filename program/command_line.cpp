@@ -85,8 +85,12 @@ CLI::Validator one_of(const std::vector<std::pair<std::string, int>>& values) {
 }
 
 CLI::Validator number_in(double min, double max) {
-  const std::string wanted = std::isfinite(max) ? exact_text(min) + " to " + exact_text(max)
-                                                : exact_text(min) + " or more";
+  const auto text_of = [](double x) {
+    // Else 100000 would be 1e+05.
+    return x == std::floor(x) ? std::to_string(std::llround(x)) : exact_text(x);
+  };
+  const std::string wanted =
+      std::isfinite(max) ? text_of(min) + " to " + text_of(max) : text_of(min) + " or more";
   return CLI::Validator(
       [min, max, wanted](const std::string& text) {
         const auto value = parse_number(text);

@@ -125,7 +125,7 @@ def options(check, top):
     check([*publish, "--rate", "-5"], "--rate: '-5' is out of range, wanted 0 to 10000")
     check([*publish, "--extractor", "orb"], "--extractor: 'orb' is unknown, wanted surf_upright")
     check([*publish, "--as", "png"], "--as: 'png' is unknown, wanted raw, mjpeg or features")
-    check([*publish, "--features-cap", "0"], "--features-cap: '0' is out of range, wanted 1 to")
+    check([*publish, "--features-cap", "0"], "--features-cap: '0' is out of range, wanted 1 to 100000")
     check([*publish, "--camera", "front left"], "camera is 'front left', wanted 1 to 24 characters")
     for url, *words in [("nonsense://", "it names no kind of network", "wanted one like udpm://"),
                         ("udpm://239.255.76.67:99999", "its port is 99999, wanted 1 to 65535"),
