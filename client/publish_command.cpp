@@ -111,8 +111,9 @@ int run(Options& options, StopSignals& signals) {
   spdlog::info("{} of {} ({}) as camera {} on {}", count_text(source), source.name(), source.kind(),
                options.publish.camera, options.lcm_url);
   const PublishResult result = publish_all(source, options, *opened.bus, signals);
-  spdlog::info("published {} of {}, publisher {}", result.published, count_text(source),
-               result.publisher);
+  const bool ends = source.size() != ImageSource::kNoEnd;
+  spdlog::info("published {}{} images, publisher {}", result.published,
+               ends ? " of " + std::to_string(source.size()) : "", result.publisher);
   if (result.late_s > 0.5)
     spdlog::warn("up to {:.1f} s late: this machine is slower than the recording", result.late_s);
   if (result.problem.empty()) return 0;

@@ -23,7 +23,7 @@ class ProgressBar {
   std::ostream& out_;
   bool terminal_;
   bool line_open_ = false;  // on a terminal
-  int shown_ = -1;  // tenths, or hundredths on a terminal
+  int shown_ = -1;          // tenths, or hundredths on a terminal
   Clock::time_point begin_ = Clock::now(), next_ = begin_;
 };
 

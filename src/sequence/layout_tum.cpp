@@ -1,6 +1,7 @@
 // TUM RGB-D (J. Sturm et al., IROS 2012): rgb.txt with times and names in rgb/, groundtruth.txt.
 // The calibration is not in the folder; the data set's page gives one for each of its three
 // cameras, which the folder's name tells.
+#include <array>
 #include <utility>
 
 #include "sequence/layout.h"
@@ -15,6 +16,11 @@ bool recognizes(const fs::path& folder) {
   return fs::exists(folder / "rgb.txt", error) || fs::is_directory(folder / "rgb", error);
 }
 
+Camera camera_of(double fx, double fy, double cx, double cy, const std::array<double, 5>& lens) {
+  const auto model = lens[0] == 0 ? CameraModel::kPinhole : CameraModel::kRadialTangential;
+  return {640, 480, model, fx, fy, cx, cy, lens};
+}
+
 // As the data set's page gives them for the colour images; those of the third are rectified.
 std::optional<Camera> known_camera(const std::string& name) {
   const auto is = [&name](char number) {
@@ -22,24 +28,10 @@ std::optional<Camera> known_camera(const std::string& name) {
            name.find(std::string("fr") + number) != std::string::npos;
   };
   if (is('1'))
-    return Camera{640,
-                  480,
-                  CameraModel::kRadialTangential,
-                  517.3,
-                  516.5,
-                  318.6,
-                  255.3,
-                  {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}};
+    return camera_of(517.3, 516.5, 318.6, 255.3, {0.2624, -0.9531, -0.0054, 0.0026, 1.1633});
   if (is('2'))
-    return Camera{640,
-                  480,
-                  CameraModel::kRadialTangential,
-                  520.9,
-                  521.0,
-                  325.1,
-                  249.7,
-                  {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}};
-  if (is('3')) return Camera{640, 480, CameraModel::kPinhole, 535.4, 539.2, 320.1, 247.6, {}};
+    return camera_of(520.9, 521.0, 325.1, 249.7, {0.2312, -0.7849, -0.0033, -0.0001, 0.9172});
+  if (is('3')) return camera_of(535.4, 539.2, 320.1, 247.6, {});
   return std::nullopt;
 }
 

@@ -38,8 +38,7 @@ std::string for_each_line(
 
 std::string add_seconds(const std::string& word, std::vector<std::int64_t>& times_us) {
   const auto seconds = parse_number(word);
-  if (!seconds || !(std::abs(*seconds) < 9e12))
-    return "'" + word + "' is no time; wanted seconds";
+  if (!seconds || !(std::abs(*seconds) < 9e12)) return "'" + word + "' is no time; wanted seconds";
   return add_time(std::llround(*seconds * 1e6), word + " s", times_us);
 }
 
