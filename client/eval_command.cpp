@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "client/commands.h"
+#include "program/command_line.h"
 #include "sequence/number_text.h"
 #include "sequence/trajectory_error.h"
 
@@ -61,9 +62,9 @@ Command add_eval_command(CLI::App& app) {
   command->add_option("--est", options->estimate, "estimated trajectory, TUM")->required();
   command->add_option("--times", options->times, "times.txt, to count the images for the coverage");
   command->add_option("--nframes", options->error.num_frames, "images there were, for the coverage")
-      ->check(CLI::PositiveNumber);
+      ->check(number_in(1));
   command->add_option("--max-dt", options->error.max_dt_s, "s between an estimate and its truth")
-      ->check(CLI::PositiveNumber);
+      ->check(number_in(1e-6));
   command->add_flag("--json", options->json, "one JSON object");
   return [command, options](StopSignals&) { return command->parsed() ? run(*options) : -1; };
 }

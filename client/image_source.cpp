@@ -6,42 +6,19 @@
 namespace eifmap {
 namespace {
 
-class RecordedSource : public ImageSource {
- public:
-  explicit RecordedSource(RecordedSequence sequence) : sequence_(std::move(sequence)) {}
-
-  std::string name() const override {
-    const auto folder = sequence_.folder().lexically_normal();
-    return (folder.has_filename() ? folder : folder.parent_path()).filename().string();
-  }
-  int size() const override { return sequence_.size(); }
-  const Camera& camera() const override { return sequence_.camera(); }
-  std::vector<TumPose> ground_truth() const override { return sequence_.ground_truth(); }
-  std::int64_t time_us(int i) const override { return sequence_.time_us(i); }
-  GrayImage gray(int i) const override { return sequence_.load_gray(i); }
-
-  std::optional<FileBytes> jpeg(int i) const override {
-    const auto extension = sequence_.image_file(i).extension();
-    if (extension != ".jpg" && extension != ".jpeg") return std::nullopt;
-    return sequence_.load_bytes(i);
-  }
-
- private:
-  RecordedSequence sequence_;
-};
-
 class SimulatedSource : public ImageSource {
  public:
   explicit SimulatedSource(SimulatedWorld world) : world_(std::move(world)) {}
 
   std::string name() const override { return "courtyard"; }
+  std::string kind() const override { return "simulated"; }
   int size() const override { return world_.num_frames(); }
   const Camera& camera() const override { return world_.camera(); }
-  std::int64_t time_us(int i) const override { return world_.time_us(i); }
-  GrayImage gray(int i) const override { return {world_.render(i), ""}; }
-  std::optional<FileBytes> jpeg(int) const override { return std::nullopt; }
+  bool has(int i) override { return i < size(); }
+  std::int64_t time_us(int i) override { return world_.time_us(i); }
+  GrayImage gray(int i) override { return {world_.render(i), ""}; }
 
-  std::vector<TumPose> ground_truth() const override {
+  std::vector<TumPose> ground_truth() override {
     std::vector<TumPose> poses;
     for (int i = 0; i < size(); ++i)
       poses.push_back({1e-6 * static_cast<double>(time_us(i)), world_.world_from_camera(i)});
@@ -52,37 +29,73 @@ class SimulatedSource : public ImageSource {
   SimulatedWorld world_;
 };
 
-class FirstImages : public ImageSource {
+class FirstImages : public DerivedSource {
  public:
   FirstImages(std::unique_ptr<ImageSource> source, int count)
-      : source_(std::move(source)), size_(std::clamp(count, 0, source_->size())) {}
+      : DerivedSource(std::move(source)), size_(std::max(count, 0)) {
+    if (source_->size() != kNoEnd) size_ = std::min(size_, source_->size());
+  }
 
-  std::string name() const override { return source_->name(); }
   int size() const override { return size_; }
-  const Camera& camera() const override { return source_->camera(); }
-  std::int64_t time_us(int i) const override { return source_->time_us(i); }
-  GrayImage gray(int i) const override { return source_->gray(i); }
-  std::optional<FileBytes> jpeg(int i) const override { return source_->jpeg(i); }
+  bool has(int i) override { return i < size_ && source_->has(i); }
 
   // The truth of the time that the images cover, or the path would be longer than the walk.
-  std::vector<TumPose> ground_truth() const override {
+  std::vector<TumPose> ground_truth() override {
     std::vector<TumPose> poses = source_->ground_truth();
-    if (size_ == 0) return {};
+    if (size_ == 0 || poses.empty()) return {};
     const double end_s = 1e-6 * static_cast<double>(time_us(size_ - 1)) + 1e-6;
     std::erase_if(poses, [end_s](const TumPose& pose) { return pose.time_s > end_s; });
     return poses;
   }
 
  private:
-  std::unique_ptr<ImageSource> source_;
   int size_;
 };
 
-}  // namespace
+class Looped : public DerivedSource {
+ public:
+  using DerivedSource::DerivedSource;
 
-std::unique_ptr<ImageSource> make_source(RecordedSequence sequence) {
-  return std::make_unique<RecordedSource>(std::move(sequence));
-}
+  int size() const override { return kNoEnd; }
+  // There is one of the first pass only.
+  std::vector<TumPose> ground_truth() override { return {}; }
+
+  bool has(int i) override {
+    if (count_ == 0 && source_->has(i)) {
+      newest_ = i;
+      return true;
+    }
+    if (count_ == 0) end_first_pass();
+    return count_ > 0 && source_->has(i % count_);
+  }
+
+  std::int64_t time_us(int i) override {
+    if (count_ == 0) return source_->time_us(i);
+    return source_->time_us(i % count_) + i / count_ * pass_us_;
+  }
+
+  GrayImage gray(int i) override { return source_->gray(inner(i)); }
+  std::optional<FileBytes> jpeg(int i) override { return source_->jpeg(inner(i)); }
+
+ private:
+  int inner(int i) const { return count_ == 0 ? i : i % count_; }
+
+  // A pass takes as long as its images, and one more step from the last to the first.
+  void end_first_pass() {
+    count_ = newest_ + 1;
+    if (count_ == 0) return;
+    const std::int64_t last = source_->time_us(newest_), first = source_->time_us(0);
+    constexpr std::int64_t kStepOfOneImage = 100'000;
+    pass_us_ = count_ > 1 ? last - first + std::max<std::int64_t>(1, (last - first) / newest_)
+                          : kStepOfOneImage;
+  }
+
+  int newest_ = -1;           // of the first pass
+  int count_ = 0;             // images of a pass; 0: still in the first one
+  std::int64_t pass_us_ = 0;  // length of a pass
+};
+
+}  // namespace
 
 std::unique_ptr<ImageSource> make_source(SimulatedWorld world) {
   return std::make_unique<SimulatedSource>(std::move(world));
@@ -90,6 +103,11 @@ std::unique_ptr<ImageSource> make_source(SimulatedWorld world) {
 
 std::unique_ptr<ImageSource> first_images(std::unique_ptr<ImageSource> source, int count) {
   return std::make_unique<FirstImages>(std::move(source), count);
+}
+
+std::unique_ptr<ImageSource> looped(std::unique_ptr<ImageSource> source) {
+  if (source->live()) return source;
+  return std::make_unique<Looped>(std::move(source));
 }
 
 }  // namespace eifmap

@@ -3,6 +3,7 @@
 #include "bus/lcm_bus.h"
 #include "client/commands.h"
 #include "client/logger.h"
+#include "program/command_line.h"
 
 namespace eifmap {
 namespace {
@@ -66,7 +67,7 @@ Command add_log_command(CLI::App& app) {
   command
       ->add_option("--until-silent", options->until_silent_s,
                    "stop when, after the first pose, nothing was heard for so many seconds")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_in(0));
   command->add_option("--lcm-url", options->lcm_url, "network to listen on");
   return [command, options](StopSignals& signals) {
     return command->parsed() ? run(*options, signals) : -1;

@@ -90,12 +90,15 @@ Logger::Opened Logger::open(const std::filesystem::path& folder, const std::stri
     return {nullptr, "camera is '" + camera + "', wanted 1 to 24 characters of A-Z a-z 0-9 _ -"};
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) return {nullptr, folder.string() + ": cannot be made (" + error.message() + ")"};
+  if (error)
+    return {nullptr,
+            folder.string() + ": cannot be made (" + error.message() + "); give another folder"};
   Opened opened;
   opened.logger.reset(new Logger(folder, camera, bus));
   for (const std::ofstream* file :
        {&opened.logger->trajectory_, &opened.logger->poses_, &opened.logger->statuses_})
-    if (!*file) return {nullptr, folder.string() + ": files in it cannot be written"};
+    if (!*file)
+      return {nullptr, folder.string() + ": files in it cannot be written; give another folder"};
   return opened;
 }
 

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "client/commands.h"
+#include "program/command_line.h"
 
 int main(int argc, char** argv) {
   using namespace eifmap;
@@ -17,7 +18,10 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kBadOptions;
+    const std::string problem = explain(app, error);
+    if (problem.empty()) return 0;
+    spdlog::error(problem);
+    return kBadOptions;
   }
   try {
     for (const Command& command : commands)

@@ -1,46 +1,57 @@
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <fstream>
-#include <map>
+#include <iostream>
 
 #include "bus/lcm_bus.h"
+#include "capture/open_source.h"
 #include "client/commands.h"
 #include "client/publisher.h"
+#include "program/command_line.h"
+#include "program/progress_bar.h"
 
 namespace eifmap {
 namespace {
 
 struct Options {
-  std::string folder, lcm_url = kDefaultLcmUrl;
+  std::string source, lcm_url = kDefaultLcmUrl;
+  SequenceOptions sequence;
   SimulationOptions simulation;
-  bool simulate = false;
+  bool simulate = false, loop = false;
   double start_delay_s = 0;
   int max_frames = 0;
   PublishOptions publish;
 };
 
-std::unique_ptr<ImageSource> open_source(const Options& options) {
-  if (options.simulate == !options.folder.empty()) {
-    spdlog::error("publish wants either a recorded folder or --simulate courtyard");
-    return nullptr;
-  }
-  std::unique_ptr<ImageSource> source;
-  if (options.simulate) {
-    if (const auto problem = options.simulation.problem(); !problem.empty()) {
-      spdlog::error(problem);
-      return nullptr;
-    }
-    source = make_source(SimulatedWorld(options.simulation));
-  } else {
-    auto opened = RecordedSequence::open(options.folder);
-    if (!opened.sequence) {
-      spdlog::error(opened.problem);
-      return nullptr;
-    }
-    source = make_source(std::move(*opened.sequence));
-  }
-  return options.max_frames > 0 ? first_images(std::move(source), options.max_frames)
-                                : std::move(source);
+OpenedSource open_named(const Options& options) {
+  if (options.simulate == !options.source.empty())
+    return {
+        nullptr,
+        options.simulate
+            ? "publish sends either " + options.source +
+                  " or what --simulate makes: leave one of them out"
+            : "publish wants a source of images: a folder, a video, a camera as /dev/videoN, or "
+              "--simulate courtyard"};
+  if (!options.simulate) return open_source(options.source, options.sequence);
+  if (!options.sequence.calibration.empty() || options.sequence.hfov_deg > 0)
+    return {nullptr,
+            "--calib and --hfov are of recorded images, and --simulate has a camera of its "
+            "own: leave them out"};
+  if (std::string problem = options.simulation.problem(); !problem.empty())
+    return {nullptr, problem};
+  return {make_source(SimulatedWorld(options.simulation)), ""};
+}
+
+OpenedSource open_source_of(const Options& options) {
+  OpenedSource opened = open_named(options);
+  if (!opened.source) return opened;
+  if (options.loop) opened.source = looped(std::move(opened.source));
+  if (options.max_frames > 0)
+    opened.source = first_images(std::move(opened.source), options.max_frames);
+  return opened;
 }
 
 // Datagrams of an image that does not fit the receiver's buffer are lost without a word.
@@ -60,27 +71,49 @@ void warn_of_large_images(const Options& options, const Camera& camera) {
       bytes, granted, kEnough);
 }
 
+// How many there are, for people.
+std::string count_text(const ImageSource& source) {
+  return source.size() == ImageSource::kNoEnd ? "images"
+                                              : std::to_string(source.size()) + " images";
+}
+
+PublishResult publish_all(ImageSource& source, const Options& options, Bus& bus,
+                          StopSignals& signals) {
+  ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
+  return publish(source, options.publish, bus, [&](int done) {
+    bar.show(done, source.size());
+    return !signals.arrived();
+  });
+}
+
 int run(Options& options, StopSignals& signals) {
   options.publish.start_delay =
       std::chrono::milliseconds(static_cast<std::int64_t>(1000 * options.start_delay_s));
-  if (const auto problem = options.publish.problem(); !problem.empty()) {
-    spdlog::error(problem);
+  options.sequence.rate_hz = std::max(0.0, options.publish.rate_hz);
+  for (const std::string& problem : {options.publish.problem(), options.sequence.problem()})
+    if (!problem.empty()) {
+      spdlog::error(problem);
+      return kBadOptions;
+    }
+  const OpenedSource images = open_source_of(options);
+  if (!images.source) {
+    spdlog::error(images.problem);
     return kBadOptions;
   }
-  const auto source = open_source(options);
-  if (!source) return kBadOptions;
+  ImageSource& source = *images.source;
   const LcmBus::Opened opened = LcmBus::open(options.lcm_url);
   if (!opened.bus) {
     spdlog::error(opened.problem);
     return kFailed;
   }
-  warn_of_large_images(options, source->camera());
-  spdlog::info("{} images of {} as camera {} on {}", source->size(), source->name(),
+  for (const std::string& note : source.notes()) spdlog::warn(note);
+  warn_of_large_images(options, source.camera());
+  spdlog::info("{} of {} ({}) as camera {} on {}", count_text(source), source.name(), source.kind(),
                options.publish.camera, options.lcm_url);
-  const PublishResult result = publish(*source, options.publish, *opened.bus,
-                                       [&signals](int) { return !signals.arrived(); });
-  spdlog::info("published {} of {} images, publisher {}", result.published, source->size(),
-               result.publisher);
+  const PublishResult result = publish_all(source, options, *opened.bus, signals);
+  const bool ends = source.size() != ImageSource::kNoEnd;
+  spdlog::info("published {}{} images, publisher {}", result.published,
+               ends ? " of " + std::to_string(source.size()) : "", result.publisher);
   if (result.late_s > 0.5)
     spdlog::warn("up to {:.1f} s late: this machine is slower than the recording", result.late_s);
   if (result.problem.empty()) return 0;
@@ -91,15 +124,17 @@ int run(Options& options, StopSignals& signals) {
 }  // namespace
 
 Command add_publish_command(CLI::App& app) {
-  static const std::map<std::string, PublishAs> kWays{
-      {"raw", PublishAs::kRaw}, {"mjpeg", PublishAs::kMjpeg}, {"features", PublishAs::kFeatures}};
-  static const std::map<std::string, ExtractorKind> kExtractors(kExtractorNames.begin(),
-                                                                kExtractorNames.end());
-  auto* command =
-      app.add_subcommand("publish", "send the images of a recording, or of a simulated camera");
+  constexpr std::array kWays{std::pair{"raw", PublishAs::kRaw},
+                             std::pair{"mjpeg", PublishAs::kMjpeg},
+                             std::pair{"features", PublishAs::kFeatures}};
+  auto* command = app.add_subcommand(
+      "publish", "send the images of a recording, of a camera, or of a simulated one");
   const auto options = std::make_shared<Options>();
   PublishOptions& publish = options->publish;
-  command->add_option("folder", options->folder, "recorded folder: images/, times.txt, calib.json");
+  command->add_option("source", options->source,
+                      "a folder of images (eifmap, KITTI odometry, TUM RGB-D, EuRoC MAV, or images "
+                      "alone), a video, or a camera: /dev/videoN or N");
+  add_calibration_options(*command, options->sequence);
   command->add_option("--simulate", options->simulation.world, "a simulated world: courtyard")
       ->each([options](const std::string&) { options->simulate = true; });
   command->add_flag("--distorted", options->simulation.distorted, "simulate a cheap lens");
@@ -109,25 +144,30 @@ Command add_publish_command(CLI::App& app) {
                       "of the simulated camera: lap, or turn (straight on, with fast turns)");
   command->add_option("--roll-deg", options->simulation.roll_deg,
                       "how far the simulated camera is slowly rolled");
-  command->add_option("--as", publish.as, "raw, mjpeg or features (the default)")
-      ->transform(CLI::CheckedTransformer(kWays));
+  command->add_option("--as", publish.as, "what to send; default: features")
+      ->transform(one_of(as_numbers(kWays)));
   command
       ->add_option("--extractor", publish.features.extractor,
                    "of --as features; the default is the server's")
-      ->transform(CLI::CheckedTransformer(kExtractors));
+      ->transform(one_of(as_numbers(kExtractorNames)));
+  command
+      ->add_option("--features-cap", publish.features.max_features,
+                   "of --as features: at most so many an image, the strongest of each region")
+      ->check(number_in(1, 100000));
   command->add_option("--jpeg-quality", publish.jpeg_quality, "where images are no JPEG yet")
-      ->check(CLI::Range(1, 100));
+      ->check(number_in(1, 100));
   command
       ->add_option("--rate", publish.rate_hz,
                    "images a second; 0: as fast as it can; default: as recorded")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_in(0, 10000));
+  command->add_flag("--loop", options->loop, "start again at the end; the times go on increasing");
   command->add_option("--camera", publish.camera, "name of the camera in the channels");
   command->add_option("--publisher", publish.publisher, "id of this publisher; default: random")
-      ->check(CLI::PositiveNumber);
+      ->check(number_in(1));
   command->add_option("--start-delay", options->start_delay_s, "seconds before the first image")
-      ->check(CLI::Range(0.0, 3600.0));
+      ->check(number_in(0, 3600));
   command->add_option("--max-frames", options->max_frames, "stop after so many images")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_in(0));
   command->add_option("--lcm-url", options->lcm_url, "network to publish on");
   return [command, options](StopSignals& signals) {
     return command->parsed() ? run(*options, signals) : -1;

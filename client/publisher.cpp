@@ -34,7 +34,7 @@ struct Encoded {
 // One image as the message that the options ask for.
 class FrameEncoder {
  public:
-  FrameEncoder(const ImageSource& source, const PublishOptions& options, std::int64_t publisher)
+  FrameEncoder(ImageSource& source, const PublishOptions& options, std::int64_t publisher)
       : source_(source), options_(options), publisher_(publisher), extractor_(options.features) {}
 
   ChannelKind kind() const {
@@ -67,7 +67,7 @@ class FrameEncoder {
     return image;
   }
 
-  Encoded encode_raw(int i) const {
+  Encoded encode_raw(int i) {
     const GrayImage gray = source_.gray(i);
     if (!gray.problem.empty()) return {{}, gray.problem};
     ImageMessage image = header(i);
@@ -79,7 +79,7 @@ class FrameEncoder {
     return {eifmap::encode(to_message(image)), ""};
   }
 
-  Encoded encode_mjpeg(int i) const {
+  Encoded encode_mjpeg(int i) {
     ImageMessage image = header(i);
     image.format = PixelFormat::kMjpeg;
     if (auto file = source_.jpeg(i)) {
@@ -102,7 +102,7 @@ class FrameEncoder {
     return {eifmap::encode(to_message(frame)), ""};
   }
 
-  const ImageSource& source_;
+  ImageSource& source_;
   const PublishOptions& options_;
   std::int64_t publisher_;
   FeatureExtractor extractor_;
@@ -131,12 +131,29 @@ class CalibrationBeacon {
   Clock::time_point next_ = Clock::now();
 };
 
-// When image i is to leave, seconds after the first.
-double seconds_until(const ImageSource& source, const PublishOptions& options, int i) {
-  if (options.rate_hz == 0) return 0;
-  if (options.rate_hz > 0) return i / options.rate_hz;
-  return 1e-6 * static_cast<double>(source.time_us(i) - source.time_us(0));
-}
+// When an image is to leave.
+class Timetable {
+ public:
+  Timetable(const ImageSource& source, const PublishOptions& options)
+      : rate_hz_(source.live() ? 0 : options.rate_hz), begin_(Clock::now() + options.start_delay) {}
+
+  bool at_once() const { return rate_hz_ == 0; }
+
+  // In order, the first one first.
+  Clock::time_point due(int i, std::int64_t time_us) {
+    if (i == 0) first_us_ = time_us;
+    const double seconds = at_once()      ? 0
+                           : rate_hz_ > 0 ? i / rate_hz_
+                                          : 1e-6 * static_cast<double>(time_us - first_us_);
+    return begin_ +
+           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  }
+
+ private:
+  double rate_hz_;
+  Clock::time_point begin_;
+  std::int64_t first_us_ = 0;
+};
 
 }  // namespace
 
@@ -152,7 +169,7 @@ std::string PublishOptions::problem() const {
   return "";
 }
 
-PublishResult publish(const ImageSource& source, const PublishOptions& options, Bus& bus,
+PublishResult publish(ImageSource& source, const PublishOptions& options, Bus& bus,
                       const KeepPublishing& keep_publishing) {
   if (const auto problem = options.problem(); !problem.empty())
     throw std::invalid_argument(problem);
@@ -163,7 +180,7 @@ PublishResult publish(const ImageSource& source, const PublishOptions& options, 
   CalibrationBeacon beacon(source, options.camera, bus);
   const std::string unsent = "LCM could not send on " + channel;
 
-  const Clock::time_point first_due = Clock::now() + options.start_delay;
+  Timetable timetable(source, options);
   const auto wait_until = [&](Clock::time_point due, int i) {
     for (;;) {
       if (!keep_publishing(i)) return false;
@@ -173,12 +190,14 @@ PublishResult publish(const ImageSource& source, const PublishOptions& options, 
       std::this_thread::sleep_for(std::min<Clock::duration>(left, kNap));
     }
   };
-  for (int i = 0; i < source.size() && result.problem.empty(); ++i) {
-    const auto due =
-        first_due + std::chrono::duration_cast<Clock::duration>(
-                        std::chrono::duration<double>(seconds_until(source, options, i)));
-    // The image is made before its time, so that making it does not make it late.
+  for (int i = 0; result.problem.empty(); ++i) {
     if (!keep_publishing(i)) return result;
+    if (!source.has(i)) {
+      result.problem = source.problem();
+      break;
+    }
+    const auto due = timetable.due(i, source.time_us(i));
+    // The image is made before its time, so that making it does not make it late.
     const Encoded message = encoder.encode(i);
     result.problem = message.problem;
     if (!result.problem.empty()) break;
@@ -190,7 +209,7 @@ PublishResult publish(const ImageSource& source, const PublishOptions& options, 
     }
     ++result.published;
     result.largest_bytes = std::max(result.largest_bytes, message.bytes.size());
-    if (options.rate_hz != 0)
+    if (!timetable.at_once())
       result.late_s =
           std::max(result.late_s, std::chrono::duration<double>(Clock::now() - due).count());
   }

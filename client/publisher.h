@@ -40,13 +40,14 @@ struct PublishResult {
 };
 
 // Asked before image i is made, at least every 0.1 s while waiting (then with the same i), and at
-// the end with i == size: false stops.
+// the end with i == the number of images published: false stops.
 using KeepPublishing = std::function<bool(int i)>;
 
 // Sends the calibration at the start and every second, and the images in order with seq = their
-// index and their own time stamps. Blocks until the last one has left. Throws std::invalid_argument
+// index and their own time stamps; those of a live camera at once, whatever the rate. Blocks until
+// the last one has left. Throws std::invalid_argument
 // with options.problem().
-PublishResult publish(const ImageSource& source, const PublishOptions& options, Bus& bus,
+PublishResult publish(ImageSource& source, const PublishOptions& options, Bus& bus,
                       const KeepPublishing& keep_publishing);
 
 }  // namespace eifmap

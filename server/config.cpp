@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "convert/channel.h"
+#include "program/nearest_name.h"
 #include "server/config_fields.h"
 
 namespace eifmap {
@@ -89,7 +90,7 @@ class Reader {
     if (!problem_.empty()) return;
     for (const auto& [key, value] : json_.items())
       if (std::find(names_.begin(), names_.end(), key) == names_.end()) {
-        problem_ = full_name(key) + ": unknown; known are";
+        problem_ = full_name(key) + ": unknown" + did_you_mean(key, names_) + "; known are";
         for (const std::string& name : names_) problem_ += ' ' + name;
         return;
       }
@@ -233,7 +234,10 @@ ParsedConfig parse_config(const std::string& json_text, const ServerConfig& base
   try {
     json = Json::parse(json_text, nullptr, true, /*ignore_comments=*/true);
   } catch (const Json::parse_error& error) {
-    parsed.problem = "not JSON: " + std::string(error.what());
+    const auto end =
+        json_text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, json_text.size()));
+    parsed.problem = "line " + std::to_string(1 + std::count(json_text.begin(), end, '\n')) +
+                     " is not JSON; look for a missing quote, comma or bracket";
     return parsed;
   }
   Reader reader(json, "", parsed.problem);

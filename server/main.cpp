@@ -12,9 +12,11 @@
 
 #include "bus/lcm_bus.h"
 #include "bus/stop_signals.h"
-#include "sequence/recorded_sequence.h"
+#include "program/command_line.h"
+#include "program/progress_bar.h"
+#include "sequence/camera_file.h"
 #include "server/mapping_server.h"
-#include "server/progress_bar.h"
+#include "server/run_record.h"
 #include "server/sequence_run.h"
 
 namespace {
@@ -24,10 +26,13 @@ using namespace eifmap;
 constexpr int kFailed = 1;
 constexpr int kBadOptions = 2;
 
+// Groups of options.
+constexpr const char* kLive = "Live, over LCM";
+constexpr const char* kRecorded = "Recorded, without a network";
+
 struct Options {
-  std::string config_file, lcm_url, camera, input, calibration_file;
+  std::string config_file, lcm_url, camera, input;
   bool print_config = false, paper = false;
-  double hfov_deg = 0;
   SequenceRunOptions sequence;
 };
 
@@ -53,28 +58,33 @@ ServerConfig effective_config(const Options& options) {
   if (!options.camera.empty()) config.camera = options.camera;
   if (!options.input.empty())
     config.input = options.input == "lossless" ? InputMode::kLossless : InputMode::kNewest;
-  if (!options.calibration_file.empty()) {
-    const CameraFile calibration = read_camera(options.calibration_file);
+  const auto& calibration_file = options.sequence.images.calibration;
+  if (options.sequence.sequence.empty() && !calibration_file.empty()) {
+    const CameraFile calibration = read_camera(calibration_file);
     if (!calibration.problem.empty()) throw std::invalid_argument(calibration.problem);
     config.calibration = calibration.camera;
   }
-  if (options.hfov_deg != 0) config.hfov_deg = options.hfov_deg;
+  if (options.sequence.images.hfov_deg != 0) config.hfov_deg = options.sequence.images.hfov_deg;
   if (const std::string problem = config.problem(); !problem.empty())
     throw std::invalid_argument(problem);
   return config;
 }
 
 int run_recorded(SequenceRunOptions options, const ServerConfig& config, StopSignals& signals) {
-  if (options.output.empty()) throw std::invalid_argument("--sequence needs --output DIR");
+  if (options.output.empty())
+    throw std::invalid_argument(
+        "--sequence needs --output FOLDER, for trajectories, map and report");
   options.features = config.features;
   options.mapper = config.mapper;
   ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
   bool interrupted = false;
-  const std::string problem = run_sequence(options, [&](int done, int total) {
+  const auto progress = [&](int done, int total) {
     bar.show(done, total);
-    interrupted = done < total && signals.arrived();
+    interrupted = interrupted || (done != total && signals.arrived());
     return !interrupted;
-  });
+  };
+  const std::string problem =
+      run_sequence(options, progress, [](const std::string& note) { spdlog::warn(note); });
   if (!problem.empty()) {
     spdlog::error(problem);
     return kFailed;
@@ -98,6 +108,11 @@ void log_change(const status_t& status) {
 
 int run_live(const ServerConfig& config, const std::filesystem::path& output,
              StopSignals& signals) {
+  if (!output.empty())
+    if (const std::string problem = output_problem(output); !problem.empty()) {
+      spdlog::error(problem);
+      return kFailed;
+    }
   const LcmBus::Opened opened = LcmBus::open(config.lcm_url);
   if (!opened.problem.empty()) {
     spdlog::error(opened.problem);
@@ -145,36 +160,50 @@ void add_options(CLI::App& app, Options& options) {
       "--paper", options.paper,
       "the published method to the letter (Wang & Dissanayake 2010); the configuration file "
       "still changes it");
-  app.add_option("--calibration", options.calibration_file,
-                 "calib.json of the camera, instead of waiting for a calibration message");
+  add_calibration_options(app, sequence.images);
   app.add_option("--output", sequence.output, "folder for trajectories, map and report");
 
-  const char* live = "Live, over LCM";
-  app.add_option("--lcm-url", options.lcm_url, "network to listen and publish on")->group(live);
-  app.add_option("--camera", options.camera, "camera to map; default: the first seen")->group(live);
-  app.add_option(
-         "--hfov", options.hfov_deg,
-         "degrees that the camera sees from left to right: guesses a calibration where none "
-         "is published")
-      ->check(CLI::Range(kMinHfovDeg, kMaxHfovDeg))
-      ->group(live);
+  app.add_option("--lcm-url", options.lcm_url, "network to listen and publish on")->group(kLive);
+  app.add_option("--camera", options.camera, "camera to map; default: the first seen")
+      ->group(kLive);
   app.add_option("--input", options.input, "newest: keep up; lossless: take every frame")
-      ->check(CLI::IsMember({"newest", "lossless"}))
-      ->group(live);
+      ->check(one_of(std::vector<std::string>{"newest", "lossless"}))
+      ->group(kLive);
 
-  const char* recorded = "Recorded, without a network";
-  app.add_option("--sequence", sequence.sequence, "folder with images/, times.txt, calib.json")
-      ->group(recorded);
+  app.add_option(
+         "--sequence", sequence.sequence,
+         "a folder of images (eifmap, KITTI odometry, TUM RGB-D, EuRoC MAV, or images alone), "
+         "or a video")
+      ->group(kRecorded);
+  app.add_option("--rate", sequence.images.rate_hz, "of images that have no times, a second")
+      ->check(number_in(0.001, 10000))
+      ->group(kRecorded);
   app.add_option("--every", sequence.every, "take every n-th image")
-      ->check(CLI::PositiveNumber)
-      ->group(recorded);
+      ->check(number_in(1))
+      ->group(kRecorded);
   app.add_option("--max-frames", sequence.max_frames, "stop after so many of them; 0: all")
-      ->check(CLI::NonNegativeNumber)
-      ->group(recorded);
+      ->check(number_in(0))
+      ->group(kRecorded);
   app.add_option("--jitter-px", sequence.jitter_px, "noise added to the features' places, px")
-      ->check(CLI::NonNegativeNumber)
-      ->group(recorded);
-  app.add_option("--seed", sequence.seed, "of that noise")->group(recorded);
+      ->check(number_in(0))
+      ->group(kRecorded);
+  app.add_option("--seed", sequence.seed, "of that noise")->group(kRecorded);
+}
+
+// Options of one way to run with the other one.
+std::string mixed_options(const CLI::App& app) {
+  const bool recorded = app.get_option("--sequence")->count() > 0;
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->count() == 0) continue;
+    if (recorded && option->get_group() == kLive)
+      return option->get_name() +
+             " is of a live server, and --sequence maps without a network: "
+             "leave one of them out";
+    if (!recorded && option->get_group() == kRecorded)
+      return option->get_name() +
+             " is of recorded images: give them by --sequence, or leave it out";
+  }
+  return "";
 }
 
 }  // namespace
@@ -190,7 +219,14 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kBadOptions;
+    const std::string problem = explain(app, error);
+    if (problem.empty()) return 0;
+    spdlog::error(problem);
+    return kBadOptions;
+  }
+  if (const std::string problem = mixed_options(app); !problem.empty()) {
+    spdlog::error(problem);
+    return kBadOptions;
   }
   return run(options, signals);
 }

@@ -1,6 +1,7 @@
 #include "server/run_record.h"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -57,6 +58,16 @@ rusage usage() {
 
 }  // namespace
 
+std::string output_problem(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (!error && access(folder.c_str(), W_OK | X_OK) != 0) error = {errno, std::generic_category()};
+  if (!error && std::filesystem::is_directory(folder, error)) return "";
+  return folder.string() + ": nothing can be written there (" +
+         (error ? error.message() : std::string("it is a file")) +
+         "); give another folder by --output";
+}
+
 double process_cpu_seconds() {
   const rusage now = usage();
   return seconds(now.ru_utime) + seconds(now.ru_stime);
@@ -76,9 +87,7 @@ void RunRecord::add(const FrameResult& result) {
 
 std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& mapper,
                              const StepTimer& timer, const std::string& source) const {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) return folder.string() + ": " + error.message();
+  if (std::string problem = output_problem(folder); !problem.empty()) return problem;
 
   const std::vector<TimedPose> final_trajectory = mapper.final_trajectory();
   const MapperStatistics& statistics = mapper.statistics();

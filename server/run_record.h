@@ -34,6 +34,9 @@ class RunRecord {
   std::vector<TimedPose> published_;
 };
 
+// Makes the folder, and returns "" or why nothing can be written there: before the work, not after.
+std::string output_problem(const std::filesystem::path& folder);
+
 // Of this process so far, every thread.
 double process_cpu_seconds();
 double peak_rss_mib();

@@ -1,10 +1,11 @@
 #include "server/sequence_run.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
+#include "capture/open_source.h"
 #include "features/front_end.h"
-#include "sequence/recorded_sequence.h"
 #include "server/image_decoder.h"
 #include "server/jitter.h"
 #include "server/run_record.h"
@@ -22,14 +23,27 @@ FrameResult refused(std::int64_t time_us, std::int64_t seq, Reason reason, std::
   return result;
 }
 
+// Of `size` images; < 0 for unknown.
+int images_taken(int size, const SequenceRunOptions& options) {
+  if (size == ImageSource::kNoEnd) return -1;
+  const int taken = size / options.every + (size % options.every > 0 ? 1 : 0);
+  return options.max_frames > 0 ? std::min(taken, options.max_frames) : taken;
+}
+
 }  // namespace
 
-std::string run_sequence(const SequenceRunOptions& options, const Progress& progress) {
+std::string run_sequence(const SequenceRunOptions& options, const Progress& progress,
+                         const Note& note) {
   if (options.every < 1) throw std::invalid_argument("every: must be at least 1");
   if (options.max_frames < 0) throw std::invalid_argument("max_frames: must be at least 0");
-  const RecordedSequence::Opened opened = RecordedSequence::open(options.sequence);
-  if (!opened.sequence) return opened.problem;
-  const RecordedSequence& sequence = *opened.sequence;
+  const OpenedSource opened = open_source(options.sequence, options.images);
+  if (!opened.source) return opened.problem;
+  ImageSource& sequence = *opened.source;
+  if (sequence.live())
+    return options.sequence + ": is a live camera; send it by eifmap publish to a live server";
+  if (std::string problem = output_problem(options.output); !problem.empty()) return problem;
+  if (note)
+    for (const std::string& assumed : sequence.notes()) note(assumed);
 
   StepTimer timer;
   RunRecord record;
@@ -43,7 +57,7 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
     GrayImage image;
     {
       const TimedStep step(timer, "decode");
-      image = sequence.load_gray(i);
+      image = sequence.gray(i);
     }
     if (!image.problem.empty())
       return refused(sequence.time_us(i), i, Reason::kCorruptImage, image.problem);
@@ -60,16 +74,29 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
     return mapper.process(frame);
   };
 
-  int total = (sequence.size() + options.every - 1) / options.every;
-  if (options.max_frames > 0) total = std::min(total, options.max_frames);
-  for (int n = 0; n < total; ++n) {
-    if (!progress(n, total)) break;
+  const int total = images_taken(sequence.size(), options);
+  std::string refusal;  // of the first image, while none has been taken
+  bool taken = false, stopped = false;
+  for (int n = 0; options.max_frames == 0 || n < options.max_frames; ++n) {
+    const std::int64_t i = std::int64_t{n} * options.every;
+    if (i > std::numeric_limits<int>::max() || !sequence.has(static_cast<int>(i))) break;
+    if (!progress(n, total < 0 ? total : std::max(n, total))) {
+      stopped = true;
+      break;
+    }
     timer.begin_frame();
-    record.add(map_image(n * options.every));
+    const FrameResult result = map_image(static_cast<int>(i));
     timer.end_frame();
+    if (result.rejected && refusal.empty()) refusal = result.detail;
+    taken = taken || !result.rejected;
+    record.add(result);
   }
-  progress(record.frames(), total);
-  return record.write(options.output, mapper, timer, options.sequence.string());
+  progress(record.frames(), stopped ? total : record.frames());
+  std::string problem = record.write(options.output, mapper, timer, options.sequence);
+  if (problem.empty() && !taken && record.frames() > 0)
+    problem =
+        "none of the " + std::to_string(record.frames()) + " images could be used: " + refusal;
+  return problem;
 }
 
 }  // namespace eifmap

@@ -1,4 +1,4 @@
-// The mapper over a recorded folder, without a network.
+// The mapper over recorded images, without a network.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,12 @@
 
 #include "features/extractor.h"
 #include "options.h"
+#include "sequence/sequence_options.h"
 
 namespace eifmap {
 
 struct SequenceRunOptions {
-  std::filesystem::path sequence;  // images/, times.txt, calib.json
+  std::string sequence;  // open_source(); no live camera
   std::filesystem::path output;
   int every = 1;           // take every n-th image
   int max_frames = 0;      // of those taken; 0: all
@@ -20,14 +21,21 @@ struct SequenceRunOptions {
   std::uint64_t seed = 1;  // of the noise
   FeatureOptions features;
   MapperOptions mapper;
+  SequenceOptions images;  // what is added to the images
 };
 
-// Called before each frame and at the end (done == total); false stops the run early, and what
+// Called before each frame and at the end (done == total; of a video, total is what its head says
+// until then, < 0 for unknown); false stops the run early, and what
 // there is by then is written.
 using Progress = std::function<bool(int done, int total)>;
 
+// What had to be assumed about the images: a sentence for the user.
+using Note = std::function<void(const std::string&)>;
+
 // As fast as it can, in the caller's thread; the same input gives the same files, timings apart.
-// Returns "" or what went wrong. Throws std::invalid_argument on options out of range.
-std::string run_sequence(const SequenceRunOptions& options, const Progress& progress);
+// Returns "" or what went wrong, also when not one image could be used. Throws
+// std::invalid_argument on options out of range.
+std::string run_sequence(const SequenceRunOptions& options, const Progress& progress,
+                         const Note& note = {});
 
 }  // namespace eifmap

@@ -58,7 +58,7 @@ std::string last_words(const status_t& status) {
 // Publishes in a thread of its own.
 class PublisherThread {
  public:
-  PublisherThread(const ImageSource& source, PublishAs as, Bus& bus, const std::string& camera)
+  PublisherThread(ImageSource& source, PublishAs as, Bus& bus, const std::string& camera)
       : thread_([this, &source, as, &bus, camera] {
           PublishOptions options;
           options.camera = camera;
@@ -107,7 +107,7 @@ std::string map_all(PublisherThread& publisher, const Logger& logger, MappingSer
 
 }  // namespace
 
-InProcessResult run_in_process(const ImageSource& source, const InProcessOptions& options,
+InProcessResult run_in_process(ImageSource& source, const InProcessOptions& options,
                                const InProcessProgress& progress) {
   const std::string camera = "demo";
   const auto lcm = std::make_shared<lcm::LCM>("memq://");
@@ -125,6 +125,7 @@ InProcessResult run_in_process(const ImageSource& source, const InProcessOptions
   {
     PublisherThread publisher(source, options.as, client_bus, camera);
     result.problem = map_all(publisher, logger, server, client_bus, progress);
+    result.published = publisher.join().published;
   }
   server.stop();
   for (int i = 0; i < 100 && !logger.server_stopped(); ++i) client_bus.receive(milliseconds(20));

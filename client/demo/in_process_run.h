@@ -20,6 +20,7 @@ struct InProcessOptions {
 
 struct InProcessResult {
   std::string problem;           // "" or what went wrong
+  int published = 0;             // images
   std::int64_t poses = 0;        // images answered with a pose message
   std::int64_t tracked = 0;      // of them with a pose
   std::vector<MapPoint> points;  // the map as it arrived by message
@@ -30,7 +31,7 @@ struct InProcessResult {
 using InProcessProgress = std::function<bool(int done)>;
 
 // Lossless: the publisher keeps only a few images ahead of the mapper.
-InProcessResult run_in_process(const ImageSource& source, const InProcessOptions& options,
+InProcessResult run_in_process(ImageSource& source, const InProcessOptions& options,
                                const InProcessProgress& progress);
 
 }  // namespace eifmap

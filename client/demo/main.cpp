@@ -9,9 +9,11 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "bus/stop_signals.h"
+#include "capture/open_source.h"
 #include "client/demo/in_process_run.h"
 #include "client/demo/top_view.h"
-#include "server/progress_bar.h"
+#include "program/command_line.h"
+#include "program/progress_bar.h"
 
 namespace {
 
@@ -21,7 +23,8 @@ namespace fs = std::filesystem;
 constexpr int kFailed = 1, kBadOptions = 2;
 
 struct Options {
-  std::string folder, output;
+  std::string source, output;
+  SequenceOptions sequence;
   int max_frames = 0;
   SimulationOptions simulation;
 };
@@ -38,21 +41,26 @@ int fail(const std::string& problem, int code = kFailed) {
   return code;
 }
 
-std::unique_ptr<ImageSource> open_source(const Options& options, std::string& problem) {
-  std::unique_ptr<ImageSource> source;
-  if (options.folder.empty()) {
-    problem = options.simulation.problem();
-    if (!problem.empty()) return nullptr;
-    std::cout << "Painting a courtyard to walk through ..." << std::endl;
-    source = make_source(SimulatedWorld(options.simulation));
-  } else {
-    auto opened = RecordedSequence::open(options.folder);
-    problem = opened.problem;
-    if (!opened.sequence) return nullptr;
-    source = make_source(std::move(*opened.sequence));
+OpenedSource open_walk(const Options& options) {
+  if (!options.source.empty()) {
+    OpenedSource opened = open_source(options.source, options.sequence);
+    if (opened.source && opened.source->live())
+      return {nullptr, options.source +
+                           ": is a live camera, and the demo wants a recording; see "
+                           "eifmap publish --help"};
+    return opened;
   }
-  return options.max_frames > 0 ? first_images(std::move(source), options.max_frames)
-                                : std::move(source);
+  if (std::string problem = options.simulation.problem(); !problem.empty())
+    return {nullptr, problem};
+  std::cout << "Painting a courtyard to walk through ..." << std::endl;
+  return {make_source(SimulatedWorld(options.simulation)), ""};
+}
+
+OpenedSource open_images(const Options& options) {
+  OpenedSource opened = open_walk(options);
+  if (opened.source && options.max_frames > 0)
+    opened.source = first_images(std::move(opened.source), options.max_frames);
+  return opened;
 }
 
 std::string write_truth(const fs::path& file, const std::vector<TumPose>& truth) {
@@ -74,21 +82,21 @@ struct Outcome {
 };
 
 // Of the files that the run left.
-Outcome evaluate(const ImageSource& source, const fs::path& output, InProcessResult run) {
+Outcome evaluate(ImageSource& source, const fs::path& output, InProcessResult run) {
   Outcome outcome;
   TopViewData& picture = outcome.picture;
   picture.path = read_tum(output / "trajectory_final.tum").poses;
   picture.keyframes = read_tum(output / "keyframes.tum").poses;
   picture.points = std::move(run.points);
   picture.truth = source.ground_truth();
-  const TrajectoryErrorOptions options{0.05, source.size()};
+  const TrajectoryErrorOptions options{0.05, run.published};
   outcome.published =
       trajectory_error(picture.truth, read_tum(output / "log" / "trajectory.tum").poses, options);
   outcome.final = trajectory_error(picture.truth, picture.path, options);
   if (outcome.final.aligned) picture.truth_from_map = outcome.final.truth_from_estimate;
   picture.title = "eifmap: " + source.name();
   picture.notes.push_back(
-      print_to_string("%d images, %zu placed in the map, %zu keyframes, %zu points", source.size(),
+      print_to_string("%d images, %zu placed in the map, %zu keyframes, %zu points", run.published,
                       picture.path.size(), picture.keyframes.size(), picture.points.size()));
   if (!picture.truth.empty())
     picture.notes.push_back("error of the path: " + describe_error(outcome.final));
@@ -110,14 +118,18 @@ void report(const Outcome& outcome, const fs::path& output) {
 }
 
 int run(const Options& options, StopSignals& signals) {
-  std::string problem;
-  const auto source = open_source(options, problem);
-  if (!source) return fail(problem, kBadOptions);
+  if (const auto problem = options.sequence.problem(); !problem.empty())
+    return fail(problem, kBadOptions);
+  const OpenedSource opened = open_images(options);
+  if (!opened.source) return fail(opened.problem, kBadOptions);
+  const auto& source = opened.source;
+  for (const std::string& note : source->notes()) std::cerr << "note: " << note << std::endl;
   const fs::path output =
       !options.output.empty()
           ? fs::path(options.output)
-          : fs::path("out") / (options.folder.empty() ? "demo" : source->name());
-  std::cout << "Mapping " << source->size() << " images of " << source->name()
+          : fs::path("out") / (options.source.empty() ? "demo" : source->name());
+  std::cout << "Mapping " << source->size() << " images of " << source->name() << " ("
+            << source->kind() << ")"
             << ": server, publisher and logger on one memq:// bus" << std::endl;
   ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
   const InProcessResult result = run_in_process(*source, {output, PublishAs::kRaw}, [&](int done) {
@@ -129,7 +141,7 @@ int run(const Options& options, StopSignals& signals) {
 
   const Outcome outcome = evaluate(*source, output, result);
   if (!outcome.picture.truth.empty()) {
-    problem = write_truth(output / "groundtruth.tum", outcome.picture.truth);
+    const std::string problem = write_truth(output / "groundtruth.tum", outcome.picture.truth);
     if (!problem.empty()) return fail(problem);
   }
   const fs::path picture = output / "top_view.png";
@@ -146,16 +158,23 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app("Makes a map of a simulated walk, or of a recorded folder, and draws it.",
                "eifmap-demo");
-  app.add_option("folder", options.folder, "recorded folder: images/, times.txt, calib.json");
+  app.add_option(
+      "source", options.source,
+      "a folder of images (eifmap, KITTI odometry, TUM RGB-D, EuRoC MAV, or images alone), "
+      "or a video; default: a simulated walk");
+  add_calibration_options(app, options.sequence);
+  app.add_option("--rate", options.sequence.rate_hz, "of images that have no times, a second")
+      ->check(number_in(0.001, 10000));
   app.add_option("--output", options.output, "default: out/demo, or out/ and the folder's name");
   app.add_flag("--distorted", options.simulation.distorted, "the simulated walk: a cheap lens");
   app.add_flag("--fisheye", options.simulation.fisheye, "the simulated walk: a fisheye lens");
   app.add_option("--max-frames", options.max_frames, "stop after so many images")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_in(0));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kBadOptions;
+    const std::string problem = explain(app, error);
+    return problem.empty() ? 0 : fail(problem, kBadOptions);
   }
   try {
     return run(options, signals);

@@ -1,5 +1,9 @@
 #include "bus/lcm_bus.h"
 
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <charconv>
 #include <fstream>
 #include <lcm/lcm-cpp.hpp>
@@ -34,14 +38,66 @@ std::string receive_buffer_advice(const std::string& url) {
          std::to_string(*wanted);
 }
 
+// liblcm tells standard error, in many lines, what open() tells its caller in one.
+class QuietStandardError {
+ public:
+  QuietStandardError() : kept_(dup(STDERR_FILENO)) {
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (kept_ >= 0 && nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+    if (nowhere >= 0) close(nowhere);
+  }
+  ~QuietStandardError() {
+    if (kept_ < 0) return;
+    dup2(kept_, STDERR_FILENO);
+    close(kept_);
+  }
+  QuietStandardError(const QuietStandardError&) = delete;
+  QuietStandardError& operator=(const QuietStandardError&) = delete;
+
+ private:
+  int kept_;
+};
+
+constexpr std::string_view kExample = "udpm://239.255.76.67:7667?ttl=0";
+
+// Of GROUP:PORT, each of which may be left out.
+std::string multicast_problem(std::string_view address) {
+  const std::size_t colon = address.find(':');
+  const std::string group(address.substr(0, colon));
+  in_addr parsed{};
+  if (!group.empty() &&
+      (inet_pton(AF_INET, group.c_str(), &parsed) != 1 || !IN_MULTICAST(ntohl(parsed.s_addr))))
+    return "its group is " + group + ", wanted a multicast one, 224.0.0.0 to 239.255.255.255";
+  if (colon == std::string_view::npos) return "";
+  const std::string_view port = address.substr(colon + 1);
+  int number = 0;
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
+  if (error != std::errc() || end != port.data() + port.size() || number < 1 || number > 65535)
+    return "its port is " + std::string(port) + ", wanted 1 to 65535";
+  return "";
+}
+
+// What can be seen without a network.
+std::string url_problem(const std::string& url) {
+  const std::size_t scheme = url.find("://");
+  const std::string_view provider = std::string_view(url).substr(0, scheme);
+  bool known = false;
+  for (const char* name : {"udpm", "mpudpm", "tcpq", "memq", "file"}) known |= provider == name;
+  if (scheme == std::string::npos || !known)
+    return "it names no kind of network that LCM has; wanted one like " + std::string(kExample);
+  if (provider != "udpm") return "";
+  const std::string_view rest = std::string_view(url).substr(scheme + 3);
+  return multicast_problem(rest.substr(0, rest.find('?')));
+}
+
 std::string open_problem(const std::string& url) {
   std::string problem = "LCM cannot be opened at " + url;
   if (url.starts_with("udpm://"))
-    problem +=
-        "\nIs there a route for multicast? For this machine alone, as root:"
-        "\n  ip link set lo multicast on"
-        "\n  ip route add 224.0.0.0/4 dev lo";
-  return problem;
+    return problem +
+           ": there is no route for multicast; for this machine alone, as root: ip link set lo "
+           "multicast on; ip route add 224.0.0.0/4 dev lo";
+  return problem + ": nothing answers there; check the address, or use one like " +
+         std::string(kExample);
 }
 
 // liblcm passes on whatever sizes a datagram claims, and is C: nothing may be thrown through it.
@@ -58,9 +114,18 @@ void dispatch(const lcm::ReceiveBuffer* buffer, const std::string& channel,
 }  // namespace
 
 LcmBus::Opened LcmBus::open(const std::string& url) {
-  auto lcm = std::make_shared<lcm::LCM>(url);
   Opened opened;
-  if (!lcm->good()) {
+  if (const std::string problem = url_problem(url); !problem.empty()) {
+    opened.problem = "LCM cannot be opened at " + url + ": " + problem;
+    return opened;
+  }
+  std::shared_ptr<lcm::LCM> lcm;
+  {
+    const QuietStandardError quiet;
+    lcm = std::make_shared<lcm::LCM>(url);
+  }
+  // A server of tcpq:// that does not answer leaves an object without a socket.
+  if (!lcm->good() || lcm->getFileno() < 0) {
     opened.problem = open_problem(url);
     return opened;
   }

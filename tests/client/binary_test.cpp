@@ -71,7 +71,7 @@ TEST(EifmapProgram, SaysWhatIsWrongAndEndsWithACode) {
   const std::string none = (folder.path() / "none").string();
   const auto publish = eifmap_program("publish " + none);
   EXPECT_EQ(publish.code, 2);
-  EXPECT_NE(publish.output.find("none: is no folder"), std::string::npos) << publish.output;
+  EXPECT_NE(publish.output.find("none: does not exist"), std::string::npos) << publish.output;
   EXPECT_NE(eifmap_program("eval --gt " + none + " --est " + none).output.find("cannot be read"),
             std::string::npos);
   EXPECT_EQ(eifmap_program("publish").code, 2);

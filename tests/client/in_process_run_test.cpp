@@ -39,27 +39,18 @@ TEST(InProcessRun, ImagesAndFeaturesGiveTheSameTrajectory) {
 }
 
 // Some images have too few pixels: the server refuses them, which no pose message tells.
-class DamagedSource : public ImageSource {
+class DamagedSource : public DerivedSource {
  public:
-  explicit DamagedSource(std::unique_ptr<ImageSource> source) : source_(std::move(source)) {}
-  std::string name() const override { return source_->name(); }
-  int size() const override { return source_->size(); }
-  const Camera& camera() const override { return source_->camera(); }
-  std::vector<TumPose> ground_truth() const override { return {}; }
-  std::int64_t time_us(int i) const override { return source_->time_us(i); }
-  std::optional<FileBytes> jpeg(int) const override { return std::nullopt; }
-  GrayImage gray(int i) const override {
+  using DerivedSource::DerivedSource;
+  GrayImage gray(int i) override {
     GrayImage gray = source_->gray(i);
     if (i % 3 == 1) gray.image = gray.image.rowRange(0, 100).clone();
     return gray;
   }
-
- private:
-  std::unique_ptr<ImageSource> source_;
 };
 
 TEST(InProcessRun, EndsThoughImagesAreRefused) {
-  const DamagedSource source(walk(20));
+  DamagedSource source(walk(20));
   const TemporaryFolder folder;
   const auto result = run_in_process(source, {folder.path(), PublishAs::kRaw}, go_on);
   EXPECT_EQ(result.problem, "");

@@ -169,6 +169,90 @@ TEST_F(PublisherTest, FirstImagesEndWithTheirTruth) {
   EXPECT_EQ(first_images(source(), 9)->size(), 3);
 }
 
+// Two and a half passes: times and sequence numbers go on.
+TEST_F(PublisherTest, ALoopGoesOn) {
+  Recorder recorder;
+  const auto images = looped(source());
+  EXPECT_EQ(images->size(), ImageSource::kNoEnd);
+  const auto result =
+      publish(*images, options(PublishAs::kRaw), recorder.sender(), [](int i) { return i < 8; });
+  EXPECT_EQ(result.problem, "");
+  ASSERT_EQ(result.published, 8);
+  // A pass of 0.25 s, and a mean step of 0.125 s from its last image to the first again.
+  const std::int64_t times_ms[] = {10000, 10100, 10250, 10375, 10475, 10625, 10750, 10850};
+  const auto once = source();
+  for (int i = 0; i < 8; ++i) {
+    const auto image = decode_image(recorder.messages().at(static_cast<std::size_t>(i) + 1).bytes);
+    ASSERT_TRUE(image.ok()) << image.detail;
+    EXPECT_EQ(image.value.seq, i);
+    EXPECT_EQ(image.value.time_us, 1000 * times_ms[i]);
+    const cv::Mat gray = once->gray(i % 3).image;
+    EXPECT_TRUE(std::equal(image.value.data.begin(), image.value.data.end(), gray.data)) << i;
+  }
+}
+
+TEST_F(PublisherTest, ALoopOfOneImageAndOneThatEndsWhenAsked) {
+  const auto one = looped(first_images(source(), 1));
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_TRUE(one->has(i));
+    EXPECT_EQ(one->time_us(i), 10'000'000 + 100'000 * i);
+  }
+  Recorder recorder;
+  const auto five = first_images(looped(source()), 5);
+  EXPECT_EQ(five->size(), 5);
+  EXPECT_EQ(publish(*five, options(PublishAs::kRaw), recorder.sender(), always).published, 5);
+}
+
+// The rate of a recording: the third image leaves 0.25 s after the first.
+TEST_F(PublisherTest, KeepsTheRecordedRateOrTheOneAskedFor) {
+  const auto seconds = [this](double rate_hz) {
+    Recorder recorder;
+    auto timed = options(PublishAs::kRaw);
+    timed.rate_hz = rate_hz;
+    const auto begin = std::chrono::steady_clock::now();
+    publish(*source(), timed, recorder.sender(), always);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  const double recorded = seconds(-1), asked = seconds(5), at_once = seconds(0);
+  EXPECT_GE(recorded, 0.25);
+  EXPECT_LT(recorded, 0.39);
+  EXPECT_GE(asked, 0.4);
+  EXPECT_LT(at_once, 0.2);
+}
+
+// As a camera's: they leave when they come, and the end has a reason.
+class LiveSource : public DerivedSource {
+ public:
+  using DerivedSource::DerivedSource;
+  int size() const override { return kNoEnd; }
+  bool live() const override { return true; }
+  std::string problem() const override { return "unplugged"; }
+};
+
+TEST_F(PublisherTest, LiveImagesLeaveAtOnceAndTheirEndIsAProblem) {
+  Recorder recorder;
+  LiveSource camera(source());
+  auto slow = options(PublishAs::kRaw);
+  slow.rate_hz = 0.01;
+  const auto result = publish(camera, slow, recorder.sender(), always);
+  EXPECT_EQ(result.published, 3);
+  EXPECT_EQ(result.problem, "unplugged");
+}
+
+TEST_F(PublisherTest, TheCapKeepsTheStrongestFeatures) {
+  Recorder recorder;
+  const auto images = source();
+  auto capped = options(PublishAs::kFeatures);
+  capped.features.max_features = 7;
+  publish(*images, capped, recorder.sender(), always);
+  for (int i = 0; i < 3; ++i) {
+    const auto frame =
+        decode_features(recorder.messages().at(static_cast<std::size_t>(i) + 1).bytes);
+    ASSERT_TRUE(frame.ok()) << frame.detail;
+    EXPECT_EQ(frame.value.keypoints.size(), 7u);
+  }
+}
+
 TEST(PublishOptions, SaysWhichIsWrong) {
   PublishOptions options;
   EXPECT_EQ(options.problem(), "");

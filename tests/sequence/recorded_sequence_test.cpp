@@ -4,6 +4,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "sequence/camera_file.h"
 #include "sequence/temporary_folder.h"
 
 namespace eifmap {
@@ -98,7 +99,7 @@ TEST_F(RecordedSequenceTest, SaysWhichFileAndValueIsWrong) {
 
 TEST_F(RecordedSequenceTest, SaysWhatIsWrongWithTheCalibration) {
   folder_.write("calib.json", "{\"width\": 64,");
-  expect_problem("calib.json: is no JSON object");
+  expect_problem("calib.json line 1: is no JSON");
   folder_.write("calib.json", R"({"width": 64, "height": 48, "fx": 50, "cx": 32, "cy": 24})");
   expect_problem("calib.json: 'fy' is missing");
   folder_.write("calib.json", R"({"width": 64.5, "height": 48})");
@@ -121,17 +122,24 @@ TEST_F(RecordedSequenceTest, SaysWhatIsWrongWithTheCalibration) {
 }
 
 TEST_F(RecordedSequenceTest, BadImagesAreSentencesToo) {
-  folder_.write("images/000001.png", "this is no PNG");
+  folder_.write("images/000000.png", "this is no PNG");
   folder_.write("images/000002.png", "");
-  cv::imwrite((folder_.path() / "images" / "000000.png").string(),
+  cv::imwrite((folder_.path() / "images" / "000001.png").string(),
               cv::Mat(10, 64, CV_8UC1, cv::Scalar(1)));
   const auto opened = RecordedSequence::open(folder_.path());
   ASSERT_EQ(opened.problem, "");
-  EXPECT_NE(opened.sequence->load_gray(0).problem.find("is 64x10, but calib.json says 64x48"),
+  EXPECT_NE(opened.sequence->load_gray(0).problem.find("cannot be decoded"), std::string::npos);
+  EXPECT_NE(opened.sequence->load_gray(1).problem.find("is 64x10, but calib.json says 64x48"),
             std::string::npos);
-  EXPECT_NE(opened.sequence->load_gray(1).problem.find("cannot be decoded"), std::string::npos);
   EXPECT_NE(opened.sequence->load_gray(2).problem.find("cannot be read, or is empty"),
             std::string::npos);
+}
+
+// Every image would be refused: better said at once.
+TEST_F(RecordedSequenceTest, AFirstImageOfAnotherSizeIsAnotherCamera) {
+  cv::imwrite((folder_.path() / "images" / "000000.png").string(),
+              cv::Mat(96, 128, CV_8UC1, cv::Scalar(1)));
+  expect_problem("the images are 128x96, but calib.json says 64x48");
 }
 
 }  // namespace

@@ -68,6 +68,32 @@ TEST(SequenceRun, WritesEveryFileAndEveryFigure) {
   }
 }
 
+// The same images in another layout are the same map.
+TEST(SequenceRun, ImagesAloneAreMappedAsOurOwn) {
+  const TemporaryFolder folder, plain;
+  record(folder, 6);
+  std::filesystem::copy(folder.path() / "images", plain.path());
+  SequenceRunOptions options;
+  options.sequence = folder.path();
+  options.output = folder.path() / "own";
+  ASSERT_EQ(run(options), "");
+  options.sequence = plain.path();
+  options.output = folder.path() / "plain";
+  EXPECT_NE(run(options).find("has no calibration"), std::string::npos);
+  options.images.calibration = folder.path() / "calib.json";
+  std::vector<std::string> notes;
+  ASSERT_EQ(run_sequence(
+                options, [](int, int) { return true; },
+                [&notes](const std::string& note) { notes.push_back(note); }),
+            "");
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("10 images a second are assumed"), std::string::npos);
+  for (const char* file : {"trajectory.tum", "trajectory_final.tum", "keyframes.tum", "map.ply"})
+    EXPECT_EQ(read_text(folder.path() / "own" / file), read_text(folder.path() / "plain" / file))
+        << file;
+  EXPECT_NE(read_text(folder.path() / "plain" / "map.ply"), "");
+}
+
 TEST(SequenceRun, EveryAndMaxFramesAndAnEarlyStop) {
   const TemporaryFolder folder;
   record(folder, 7);
@@ -80,7 +106,7 @@ TEST(SequenceRun, EveryAndMaxFramesAndAnEarlyStop) {
   options.max_frames = 2;
   ASSERT_EQ(run(options), "");
   EXPECT_EQ(report(options)["frames"], 2);
-  options = {options.sequence, options.output, 1, 0, 0, 1, {}, {}};
+  options = {options.sequence, options.output, 1, 0, 0, 1, {}, {}, {}};
   ASSERT_EQ(run_sequence(options, [](int done, int) { return done < 4; }), "");
   EXPECT_EQ(report(options)["frames"], 4) << "what there is by then is written";
 }
@@ -97,6 +123,19 @@ TEST(SequenceRun, AnUnreadableImageIsCountedAndPassedOver) {
   EXPECT_EQ(report(options)["rejected_reasons"]["CORRUPT_IMAGE"], 1);
 }
 
+TEST(SequenceRun, NoUsableImageIsAProblem) {
+  const TemporaryFolder folder;
+  record(folder, 2);
+  folder.write("images/0010.png", "no image");
+  folder.write("images/0011.png", "no image");
+  SequenceRunOptions options;
+  options.sequence = folder.path();
+  options.output = folder.path() / "out";
+  const std::string problem = run(options);
+  EXPECT_NE(problem.find("none of the 2 images could be used: "), std::string::npos) << problem;
+  EXPECT_NE(problem.find("0010.png: cannot be decoded"), std::string::npos) << problem;
+}
+
 TEST(SequenceRun, ProblemsAreSentencesAndMisuseThrows) {
   SequenceRunOptions options;
   options.sequence = "/nowhere";
@@ -106,7 +145,7 @@ TEST(SequenceRun, ProblemsAreSentencesAndMisuseThrows) {
   const TemporaryFolder folder;
   record(folder, 2);
   const auto file = folder.write("file", "");
-  options = {folder.path(), file / "out", 1, 0, 0, 1, {}, {}};
+  options = {folder.path(), file / "out", 1, 0, 0, 1, {}, {}, {}};
   EXPECT_NE(run(options).find("file"), std::string::npos) << "an output that cannot be made";
 }
 
