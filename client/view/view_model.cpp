@@ -102,6 +102,7 @@ bool ViewModel::take_epoch(std::int64_t server_epoch, Clock::time_point now) {
     begin_map(0);
     pose_.reset();
     status_.reset();
+    set("features", nullptr);
   }
   server_epoch_ = server_epoch;
   return true;

@@ -42,7 +42,7 @@ export function killAll() {
 }
 
 // Waits for something true of `test` and returns it.
-export async function until(test, what, seconds = 60) {
+export async function until(test, what, seconds = 100) {
   for (const end = Date.now() + 1000 * seconds; Date.now() < end; await sleep(100)) {
     const result = await test();
     if (result) return result;

@@ -21,8 +21,8 @@ function showState({state = "NO SERVER", reason, text, hint} = {}) {
 
 function showServer(server) {
   if (!server) return;
-  say("rate", `${fixed(server.pose_hz, 1)} poses/s of ${fixed(server.input_hz, 1)} images/s`);
-  say("latency", `${fixed(server.latency_ms_p50, 0)} ms, 99 % below ${fixed(server.latency_ms_p99, 0)} ms`);
+  say("rate", `${fixed(server.pose_hz, 1)} poses/s of ${fixed(server.input_hz, 1)} images`);
+  say("latency", `${fixed(server.latency_ms_p50, 0)} ms (99 %: ${fixed(server.latency_ms_p99, 0)} ms)`);
   say("images", `${count(server.processed)} mapped, ${count(server.dropped)} passed over, ` +
     `${count(server.rejected)} refused, ${count(server.gaps)} lost`);
   say("server", `${server.name} ${server.version} on ${server.host}, ` +

@@ -1,14 +1,18 @@
 // The current image, and the features where they are sent.
 
-const WIDTH = 540;  // px, twice what the style shows
+const WIDTH = 600;  // px, twice what the style shows
 const COLOURS = {"-1": "#ffb04d", "1": "#58b0ff"};  // bright blobs, dark blobs
 
 const figure = document.getElementById("picture");
 const canvas = figure.querySelector("canvas");
 const context = canvas.getContext("2d");
 
+const STALE_MS = 2000;
+
+// Either comes alone, or both: what no longer comes does not stay with the other.
 let image = null;     // ImageBitmap
 let features = null;  // {width, height, points}
+let imageTime = 0, featuresTime = 0;  // ms, when it came
 let hidden = false;
 
 function draw() {
@@ -35,6 +39,8 @@ export async function showImage(blob) {
     const decoded = await createImageBitmap(new Blob([blob], {type: "image/jpeg"}));
     image?.close();
     image = decoded;
+    imageTime = performance.now();
+    if (imageTime - featuresTime > STALE_MS) features = null;
     draw();
   } catch {
     // No image after all: the one before stays.
@@ -43,6 +49,8 @@ export async function showImage(blob) {
 
 export function showFeatures(said) {
   features = said ?? null;
+  featuresTime = performance.now();
+  if (featuresTime - imageTime > STALE_MS) image = null;
   draw();
 }
 

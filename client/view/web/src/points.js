@@ -1,10 +1,10 @@
 // Landmarks as points.
 import {BufferAttribute, BufferGeometry, CanvasTexture, Points, PointsMaterial, Quaternion, Vector3} from "three";
 
-// As the demo's picture: dark blue for low, over teal and green, to pale yellow for high.
-const HEIGHTS = [[72, 82, 190], [42, 130, 190], [46, 178, 152], [140, 212, 96], [250, 226, 110]];
+// As the demo's picture, a little brighter: blue for low, over teal and green, to pale yellow for high.
+const HEIGHTS = [[92, 104, 214], [52, 140, 205], [46, 178, 152], [140, 212, 96], [250, 226, 110]];
 const SIGNS = {"-1": [255, 176, 77], "1": [88, 176, 255]};  // bright blobs, dark blobs
-const SIZE = 3;  // px
+const SIZE = 3.5;  // px
 const UNCERTAIN = 0.2;  // sigma by distance from the first camera that saw it
 
 function disc() {
