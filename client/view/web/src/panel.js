@@ -35,11 +35,10 @@ function showPose(pose) {
     `${pose.sigmas.map(threeSigma).join(" × ")}${pose.optimistic ? ", optimistic" : ""}`);
 }
 
-function showMap(map) {
+function showMap(map, copy, server) {
   say("map", map?.id ? `number ${map.id}` : "none yet");
-  const lost = map?.lost_updates;
-  say("incomplete", lost ? `${count(lost)} updates of the map were missed (it began before this view, ` +
-    "or messages were lost): what is shown is not whole." : "");
+  say("incomplete", map?.lost_updates ? "Updates of the map were missed (it began before this view, or " +
+    `messages were lost): shown are ${count(copy.landmarks.size)} of ${count(server?.landmarks)} landmarks.` : "");
 }
 
 let lastEvent = 0, connected = true, hideTimer = 0;
@@ -73,7 +72,7 @@ export function showPanel(copy) {
   showState(state);
   showServer(server);
   showPose(pose);
-  showMap(map);
+  showMap(map, copy, server);
   showEvents(events);
   showSilence(silence_s);
   say("poses", count(copy.path.length));
