@@ -78,6 +78,35 @@ TEST_F(ViewModelTest, UnknownCovariancesAreSaidToBeUnknown) {
   EXPECT_EQ(page().landmarks.at("21").back(), -1.0);
 }
 
+TEST_F(ViewModelTest, OnlyWhatChangedInTheMapIsSaid) {
+  auto map = part(5, 1, -1);
+  for (int i = 0; i < 3; ++i) map.update.keyframes.push_back({i, 1000, {}});
+  for (int i = 0; i < 6; ++i) map.update.landmarks.push_back(landmark(i, 0, 4));
+  take(map);
+  EXPECT_EQ(page().landmarks.size(), 6u);
+  // The first, one in the middle and the last go; one moves; one is new.
+  map = part(5, 1, 0);
+  map.update.removed_landmarks = {0, 3, 5};
+  map.update.landmarks = {landmark(4, 0, 8), landmark(9, 0, 4)};
+  map.update.keyframes.push_back({1, 1000, {so3_exp({0, 0.5, 0}), {1, 2, 3}}});
+  take(map);
+  const std::string text = model_.take_increment(now_);
+  early_.apply(text);
+  const auto increment = nlohmann::json::parse(text);
+  EXPECT_EQ(increment.at("removed_landmarks").dump(), "[0,3,5]");
+  EXPECT_EQ(increment.at("landmarks").size(), 2 * 7u);
+  EXPECT_EQ(increment.at("keyframes").size(), 8u);
+  // A whole map again, without one of the keyframes.
+  map = part(5, 1, -1);
+  map.update.seq = 7;
+  map.update.keyframes = {{0, 1000, {}}, {1, 1000, {}}};
+  map.update.landmarks = {landmark(4, 0, 8)};
+  take(map);
+  EXPECT_EQ(page().keyframes.size(), 2u);
+  EXPECT_EQ(page().landmarks.size(), 1u);
+  EXPECT_EQ(late_page(), page());
+}
+
 TEST_F(ViewModelTest, RefusalsComeWithWordsNumbersAndAHint) {
   auto waiting = pose(5, 0, 0, TrackingState::kStarting);
   waiting.result.reason = Reason::kNoBaseline;
