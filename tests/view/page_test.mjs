@@ -104,10 +104,16 @@ async function run(browser) {
   expect(last === JSON.stringify(await counts(late)), `a late page shows the same as an early one: ${last}`);
 
   // What is drawn, not only counted.
-  await until(async () => (await worldLiveliness(late)).colours > 200, "the map to be drawn", 20);
   const drawn = await worldLiveliness(late);
-  expect(drawn.edges > empty.edges + 2000,
-    `the canvas is not blank: ${drawn.edges} edges of ${drawn.colours} colours; with no map ${empty.edges}`);
+  await late.keyboard.press("p");
+  const pointless = await worldLiveliness(late);
+  await late.keyboard.press("k");
+  const frameless = await worldLiveliness(late);
+  await late.keyboard.press("t");
+  const pathless = await worldLiveliness(late);
+  const edges = [drawn, pointless, frameless, pathless, empty].map((picture) => picture.edges);
+  expect(edges[0] > edges[1] + 3000 && edges[1] > edges[2] + 200 && edges[2] > edges[3] + 200 && edges[4] < 50,
+    `points, keyframes and path are drawn: ${edges.join(", ")} edges without them, one after the other`);
   const features = await liveliness(late, late.locator("#picture canvas"));
   expect(features.edges > 500, `the features are drawn: ${features.edges} edges`);
 
