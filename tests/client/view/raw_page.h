@@ -55,17 +55,17 @@ class RawPage {
     bool binary = false;
     std::string bytes;
   };
-  // The next message; nothing when none comes within a second.
+  // The next message; nothing when none comes.
   std::optional<Frame> next() {
     std::optional<Frame> frame;
     wait([&] { return (frame = cut_frame()).has_value(); });
     return frame;
   }
 
-  // Lets the server work until `done`, or for 2 s.
+  // Lets the server work until `done`, or for 10 s.
   template <class Done>
   bool wait(Done done) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
     while (!done()) {
       if (std::chrono::steady_clock::now() > end) return false;
       server_.service();
