@@ -29,8 +29,10 @@ void Picture::take(const ImageMessage& image) {
   if (image.format == PixelFormat::kMjpeg) {
     if (image.data.size() > kMaxJpegBytes) return;
     jpeg_.assign(image.data.begin(), image.data.end());
-  } else {
+  } else if (image.format == PixelFormat::kGray) {
     jpeg_ = compress(image);
+  } else {
+    return;
   }
   ++number_;
 }

@@ -9,6 +9,7 @@ namespace eifmap {
 namespace {
 
 constexpr std::size_t kEventsKept = 5;
+constexpr const char* kStopped = "STOPPED";
 
 // What the last word of the server amounts to.
 struct Headline {
@@ -25,7 +26,7 @@ std::string agreement(const FrameResult& pose) {
 Headline headline_of(const status_t& status) {
   Headline headline;
   headline.state = status.state == status_t::STATE_STOPPING
-                       ? "STOPPED"
+                       ? kStopped
                        : std::string(name(static_cast<TrackingState>(status.state)));
   headline.reason = static_cast<Reason>(status.reason);
   headline.text = status.message;
@@ -141,7 +142,7 @@ void ViewModel::set(const char* section, Json value) {
   changed_[section] = std::move(value);
 }
 
-void ViewModel::describe_state() {
+void ViewModel::describe_state(Clock::time_point now) {
   Headline headline;
   if (pose_ && !status_is_newer_)
     headline = headline_of(*pose_);
@@ -152,6 +153,10 @@ void ViewModel::describe_state() {
       said.reason == headline.reason && said.state == headline.state &&
       headline.reason != Reason::kNone)
     headline = said;
+  if (now - last_heard_ >= kSilence && headline.state != kStopped) {
+    headline = {};
+    if (server_epoch_) headline.text = "what is shown is what it said last";
+  }
   set("state", {{"state", headline.state},
                 {"reason", headline.reason == Reason::kNone ? "" : describe(headline.reason).name},
                 {"text", headline.text},
@@ -198,7 +203,7 @@ void ViewModel::add_map_changes(Json& increment) {
 }
 
 std::string ViewModel::take_increment(Clock::time_point now) {
-  describe_state();
+  describe_state(now);
   describe_pose();
   describe_silence(now);
   if (status_) set("server", view_json::status(*status_));

@@ -62,7 +62,7 @@ class ViewModel {
   void begin_map(std::int64_t map_id);
   void tell(const std::string& event);
   void set(const char* section, Json value);
-  void describe_state();
+  void describe_state(Clock::time_point now);
   void describe_pose();
   void describe_silence(Clock::time_point now);
   void add_map_changes(Json& increment);

@@ -180,18 +180,21 @@ TEST_F(ViewModelTest, ARestartOfTheServerIsSaid) {
 }
 
 TEST_F(ViewModelTest, SilenceIsCounted) {
+  take(pose(5, 1, 0));
   EXPECT_EQ(page().sections.at("silence_s"), 0);
   now_ += 2900ms;
   EXPECT_EQ(page().sections.at("silence_s"), 0);
   now_ += 1200ms;
   EXPECT_EQ(page().sections.at("silence_s"), 4);
   EXPECT_TRUE(model_.server_is_gone(now_));
+  EXPECT_EQ(page().sections.at("state").at("state"), "NO SERVER");
   EXPECT_EQ(late_page(), page());
   take(status(5, status_t::STATE_WAITING));
   EXPECT_EQ(page().sections.at("silence_s"), 0);
   EXPECT_FALSE(model_.server_is_gone(now_));
   take(status(5, status_t::STATE_STOPPING));
   EXPECT_TRUE(model_.server_is_gone(now_));
+  now_ += 10s;
   EXPECT_EQ(page().sections.at("state").at("state"), "STOPPED");
 }
 

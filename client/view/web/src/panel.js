@@ -54,27 +54,29 @@ function showEvents(events) {
   hideTimer = setTimeout(() => { element("event").hidden = true; }, EVENT_SHOWN_MS);
 }
 
-function showSilence(silence) {
+// That a server is silent after it has said that it stops is no news.
+function showSilence({silence_s, state}) {
   const text = !connected ? "`eifmap view` is not heard any more: is it still running?" :
-    silence > 0 ? `no server heard for ${silence} s` : "";
+    silence_s > 0 && state?.state !== "STOPPED" ?
+      `no server heard for ${silence_s} s: is eifmap-server running, with the same --lcm-url?` : "";
   say("silence", text);
   element("silence").hidden = !text;
 }
 
 export function showConnected(is, copy) {
   connected = is;
-  showSilence(copy.sections.silence_s);
+  showSilence(copy.sections);
 }
 
 export function showPanel(copy) {
-  const {camera, state, server, pose, map, events, silence_s} = copy.sections;
+  const {camera, state, server, pose, map, events} = copy.sections;
   say("camera", camera ? `camera ${camera}` : "");
   showState(state);
   showServer(server);
   showPose(pose);
   showMap(map, copy, server);
   showEvents(events);
-  showSilence(silence_s);
+  showSilence(copy.sections);
   say("poses", count(copy.path.length));
   say("keyframes", count(copy.keyframes.size));
   say("landmarks", count(copy.landmarks.size));
