@@ -18,5 +18,6 @@ using Command = std::function<int(StopSignals&)>;
 Command add_publish_command(CLI::App& app);
 Command add_log_command(CLI::App& app);
 Command add_eval_command(CLI::App& app);
+Command add_view_command(CLI::App& app);
 
 }  // namespace eifmap

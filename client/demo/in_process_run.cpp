@@ -111,7 +111,7 @@ InProcessResult run_in_process(ImageSource& source, const InProcessOptions& opti
                                const InProcessProgress& progress) {
   const std::string camera = "demo";
   const auto lcm = std::make_shared<lcm::LCM>("memq://");
-  LcmBus server_bus(lcm), client_bus(lcm);
+  LcmBus server_bus(lcm), client_bus(lcm), view_bus(lcm);
   ServerConfig config;
   config.camera = camera;
   config.input = InputMode::kLossless;
@@ -120,6 +120,8 @@ InProcessResult run_in_process(ImageSource& source, const InProcessOptions& opti
   result.problem = opened.problem;
   if (!opened.logger) return result;
   Logger& logger = *opened.logger;
+  std::optional<ViewFeed> feed;
+  if (options.view) feed.emplace(camera, *options.view, view_bus);
   MappingServer server(config, server_bus);
 
   {

@@ -9,6 +9,7 @@
 
 #include "client/image_source.h"
 #include "client/publisher.h"
+#include "client/view/view_feed.h"
 #include "map_view.h"
 
 namespace eifmap {
@@ -16,6 +17,7 @@ namespace eifmap {
 struct InProcessOptions {
   std::filesystem::path output;  // the server's files; the logger's in its folder log/
   PublishAs as = PublishAs::kRaw;
+  View* view = nullptr;  // filled too, where there is one
 };
 
 struct InProcessResult {

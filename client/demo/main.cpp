@@ -7,11 +7,13 @@
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <thread>
 
 #include "bus/stop_signals.h"
 #include "capture/open_source.h"
 #include "client/demo/in_process_run.h"
 #include "client/demo/top_view.h"
+#include "client/view/page_server.h"
 #include "program/command_line.h"
 #include "program/progress_bar.h"
 
@@ -25,7 +27,8 @@ constexpr int kFailed = 1, kBadOptions = 2;
 struct Options {
   std::string source, output;
   SequenceOptions sequence;
-  int max_frames = 0;
+  int max_frames = 0, port = kDefaultViewPort;
+  bool view = false;
   SimulationOptions simulation;
 };
 
@@ -117,6 +120,15 @@ void report(const Outcome& outcome, const fs::path& output) {
             << "  log/                   what a client saw: trajectory.tum, poses.jsonl, ...\n";
 }
 
+// Keeps the finished map in the browser until a signal comes.
+void stay(PageServer& pages, StopSignals& signals) {
+  std::cout << "The map stays at " << pages.url() << ": Ctrl-C ends it" << std::endl;
+  while (!signals.arrived()) {
+    pages.service();
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
 int run(const Options& options, StopSignals& signals) {
   if (const auto problem = options.sequence.problem(); !problem.empty())
     return fail(problem, kBadOptions);
@@ -124,6 +136,13 @@ int run(const Options& options, StopSignals& signals) {
   if (!opened.source) return fail(opened.problem, kBadOptions);
   const auto& source = opened.source;
   for (const std::string& note : source->notes()) std::cerr << "note: " << note << std::endl;
+  View view;
+  PageServer::Opened pages;
+  if (options.view) {
+    pages = PageServer::open({"127.0.0.1", options.port}, view);
+    if (!pages.server) return fail(pages.problem);
+    std::cout << "Open " << pages.server->url() << " in a browser to see the map grow" << std::endl;
+  }
   const fs::path output =
       !options.output.empty()
           ? fs::path(options.output)
@@ -132,8 +151,10 @@ int run(const Options& options, StopSignals& signals) {
             << source->kind() << ")"
             << ": server, publisher and logger on one memq:// bus" << std::endl;
   ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
-  const InProcessResult result = run_in_process(*source, {output, PublishAs::kRaw}, [&](int done) {
+  const InProcessOptions how{output, PublishAs::kRaw, options.view ? &view : nullptr};
+  const InProcessResult result = run_in_process(*source, how, [&](int done) {
     bar.show(done, source->size());
+    if (pages.server) pages.server->service();
     return !signals.arrived();
   });
   if (!result.problem.empty()) return fail(result.problem);
@@ -148,6 +169,7 @@ int run(const Options& options, StopSignals& signals) {
   if (!cv::imwrite(picture.string(), draw_top_view(outcome.picture)))
     return fail(picture.string() + ": cannot be written");
   report(outcome, output);
+  if (pages.server) stay(*pages.server, signals);
   return 0;
 }
 
@@ -168,6 +190,9 @@ int main(int argc, char** argv) {
   app.add_option("--output", options.output, "default: out/demo, or out/ and the folder's name");
   app.add_flag("--distorted", options.simulation.distorted, "the simulated walk: a cheap lens");
   app.add_flag("--fisheye", options.simulation.fisheye, "the simulated walk: a fisheye lens");
+  app.add_flag("--view", options.view, "show the map in a browser as it grows, and keep it there");
+  app.add_option("--port", options.port, "of --view's page; 0: any free one")
+      ->capture_default_str();
   app.add_option("--max-frames", options.max_frames, "stop after so many images")
       ->check(number_in(0));
   try {

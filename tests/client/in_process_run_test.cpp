@@ -38,6 +38,21 @@ TEST(InProcessRun, ImagesAndFeaturesGiveTheSameTrajectory) {
   EXPECT_EQ(trajectories[0], trajectories[1]);
 }
 
+TEST(InProcessRun, AViewIsFilledToo) {
+  const auto source = walk(45);
+  const TemporaryFolder folder;
+  View view;
+  const auto result = run_in_process(*source, {folder.path(), PublishAs::kRaw, &view}, go_on);
+  EXPECT_EQ(result.problem, "");
+  view.model.take_increment(ViewModel::Clock::now());
+  const auto shown = nlohmann::json::parse(view.model.snapshot());
+  EXPECT_EQ(shown.at("path").at("steps").size(), 4 * static_cast<std::size_t>(result.tracked));
+  EXPECT_EQ(shown.at("landmarks").size(), 7 * result.points.size());
+  EXPECT_EQ(shown.at("state").at("state"), "STOPPED");
+  EXPECT_EQ(shown.at("camera"), "demo");
+  EXPECT_EQ(view.picture.jpeg().substr(0, 2), "\xff\xd8");
+}
+
 // Some images have too few pixels: the server refuses them, which no pose message tells.
 class DamagedSource : public DerivedSource {
  public:

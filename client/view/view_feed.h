@@ -1,0 +1,53 @@
+// What a bus says of one camera and its server, handed to a view.
+#pragma once
+
+#include <string>
+
+#include "bus/bus.h"
+#include "client/view/picture.h"
+#include "client/view/view_model.h"
+#include "convert/channel.h"
+
+namespace eifmap {
+
+// All that the pages show.
+struct View {
+  ViewModel model;
+  Picture picture;
+};
+
+class ViewFeed {
+ public:
+  using Clock = ViewModel::Clock;
+
+  // Subscribes on the bus, which must outlive the feed, as must the view. `camera`: "" takes the
+  // first that a server speaks of, and only that one. Throws std::invalid_argument on an invalid
+  // camera name.
+  ViewFeed(const std::string& camera, View& view, Bus& bus);
+  ~ViewFeed();
+  ViewFeed(const ViewFeed&) = delete;
+  ViewFeed& operator=(const ViewFeed&) = delete;
+
+  const std::string& camera() const { return camera_; }  // "" none yet
+
+  // Features and images are for the eye: the next ones are taken after this.
+  static constexpr auto kPicturePeriod = std::chrono::milliseconds(80);
+
+ private:
+  void receive_pose(Bytes bytes);
+  void receive_map(Bytes bytes);
+  void receive_status(Bytes bytes);
+  void receive_calibration(Bytes bytes);
+  void receive_features(Bytes bytes);
+  void receive_image(Bytes bytes);
+  void subscribe(std::string_view camera, ChannelKind kind, void (ViewFeed::*handler)(Bytes));
+  void choose(const std::string& camera);
+
+  std::string camera_;
+  View& view_;
+  Bus& bus_;
+  bool server_has_camera_ = false;  // the server shown has spoken of this camera
+  Clock::time_point next_features_{}, next_image_{};
+};
+
+}  // namespace eifmap

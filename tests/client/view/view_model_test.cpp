@@ -1,0 +1,222 @@
+#include "client/view/view_model.h"
+
+#include <gtest/gtest.h>
+
+#include "client/view/page_copy.h"
+#include "client/view/view_messages.h"
+
+namespace eifmap {
+namespace {
+
+using namespace test;
+using namespace std::chrono_literals;
+
+const ViewModel::Clock::time_point kStart{};
+
+class ViewModelTest : public testing::Test {
+ protected:
+  // What a page that was there from the start keeps.
+  const PageCopy& page() {
+    if (const std::string text = model_.take_increment(now_); !text.empty()) early_.apply(text);
+    return early_;
+  }
+  PageCopy late_page() const {
+    PageCopy late;
+    late.apply(model_.snapshot());
+    return late;
+  }
+  template <class Message>
+  void take(const Message& message) {
+    model_.take(message, now_);
+  }
+
+  ViewModel::Clock::time_point now_ = kStart;
+  ViewModel model_{kStart};
+  PageCopy early_;
+};
+
+TEST_F(ViewModelTest, NothingNewIsNothing) {
+  page();
+  EXPECT_EQ(model_.take_increment(now_), "");
+  take(pose(5, 1, 0));
+  EXPECT_NE(model_.take_increment(now_), "");
+  EXPECT_EQ(model_.take_increment(now_), "");
+}
+
+TEST_F(ViewModelTest, SaysPoseMapAndStateAsTheyCame) {
+  auto message = pose(5, 1, 3);
+  message.result.covariance_status = CovarianceStatus::kValid;
+  message.result.covariance.diagonal() << 0.04, 0.01, 0.09, 1, 1, 1;
+  take(message);
+  auto map = part(5, 1, -1);
+  map.update.keyframes.push_back({7, 1000, {so3_exp({0, 0.5, 0}), {1, 2, 3}}});
+  map.update.landmarks.push_back(landmark(21, 7, 4));
+  map.update.landmarks[0].covariance = Eigen::Matrix3d::Identity() / 300;
+  take(map);
+  const PageCopy& copy = page();
+  const auto& said = copy.sections.at("pose");
+  EXPECT_EQ(said.at("position").dump(), "[1.0,0.1,-1.5]");
+  EXPECT_TRUE(said.at("current"));
+  EXPECT_EQ(said.at("source"), "SCALE_FIT");
+  // The longest axis is the z, 3 sigma of it 0.9.
+  EXPECT_NEAR(std::abs(said.at("ellipsoid").at(2).get<double>()), 0.9, 1e-6);
+  EXPECT_NEAR(said.at("sigmas").at(0).get<double>(), 0.3, 1e-9);
+  EXPECT_NEAR(said.at("sigmas").at(2).get<double>(), 0.1, 1e-9);
+  EXPECT_EQ(copy.sections.at("state").at("state"), "TRACKING");
+  EXPECT_EQ(copy.sections.at("state").at("text"), "150 of 200 map features agree with the pose");
+  EXPECT_EQ(copy.keyframes.at("7").dump(), "[1.0,2.0,3.0,0.96891,0.0,0.2474,0.0]");
+  EXPECT_EQ(copy.landmarks.at("21").dump(), "[7,0.1,-0.2,4.0,-3,0.1]");
+  EXPECT_EQ(copy.path.dump(), "[[1.0,0.1,-1.5,0]]");
+}
+
+TEST_F(ViewModelTest, UnknownCovariancesAreSaidToBeUnknown) {
+  take(pose(5, 1, 3));
+  auto map = part(5, 1, -1);
+  map.update.landmarks.push_back(landmark(21, 7, 4));
+  take(map);
+  EXPECT_TRUE(page().sections.at("pose").at("ellipsoid").is_null());
+  EXPECT_EQ(page().landmarks.at("21").back(), -1.0);
+}
+
+TEST_F(ViewModelTest, OnlyWhatChangedInTheMapIsSaid) {
+  auto map = part(5, 1, -1);
+  for (int i = 0; i < 3; ++i) map.update.keyframes.push_back({i, 1000, {}});
+  for (int i = 0; i < 6; ++i) map.update.landmarks.push_back(landmark(i, 0, 4));
+  take(map);
+  EXPECT_EQ(page().landmarks.size(), 6u);
+  // The first, one in the middle and the last go; one moves; one is new.
+  map = part(5, 1, 0);
+  map.update.removed_landmarks = {0, 3, 5};
+  map.update.landmarks = {landmark(4, 0, 8), landmark(9, 0, 4)};
+  map.update.keyframes.push_back({1, 1000, {so3_exp({0, 0.5, 0}), {1, 2, 3}}});
+  take(map);
+  const std::string text = model_.take_increment(now_);
+  early_.apply(text);
+  const auto increment = nlohmann::json::parse(text);
+  EXPECT_EQ(increment.at("removed_landmarks").dump(), "[0,3,5]");
+  EXPECT_EQ(increment.at("landmarks").size(), 2 * 7u);
+  EXPECT_EQ(increment.at("keyframes").size(), 8u);
+  // A whole map again, without one of the keyframes.
+  map = part(5, 1, -1);
+  map.update.seq = 7;
+  map.update.keyframes = {{0, 1000, {}}, {1, 1000, {}}};
+  map.update.landmarks = {landmark(4, 0, 8)};
+  take(map);
+  EXPECT_EQ(page().keyframes.size(), 2u);
+  EXPECT_EQ(page().landmarks.size(), 1u);
+  EXPECT_EQ(late_page(), page());
+}
+
+TEST_F(ViewModelTest, RefusalsComeWithWordsNumbersAndAHint) {
+  auto waiting = pose(5, 0, 0, TrackingState::kStarting);
+  waiting.result.reason = Reason::kNoBaseline;
+  take(waiting);
+  const auto state = page().sections.at("state");
+  EXPECT_EQ(state.at("state"), "STARTING");
+  EXPECT_EQ(state.at("reason"), "NO_BASELINE");
+  EXPECT_EQ(state.at("hint"), describe(Reason::kNoBaseline).hint);
+  take(status(5, status_t::STATE_STARTING, Reason::kNoBaseline));
+  EXPECT_EQ(page().sections.at("state").at("text"), "551 of 595 matches");
+  take(waiting);
+  EXPECT_EQ(page().sections.at("state").at("text"), "551 of 595 matches") << "its numbers stay";
+  auto lost = pose(5, 1, 1, TrackingState::kLost);
+  lost.result.reason = Reason::kNotRelocalized;
+  take(lost);
+  EXPECT_EQ(page().sections.at("state").at("text"), describe(Reason::kNotRelocalized).text);
+}
+
+TEST_F(ViewModelTest, APathIsNotJoinedOverALoss) {
+  take(pose(5, 1, 0));
+  take(pose(5, 1, 1));
+  take(pose(5, 1, 2, TrackingState::kLost));
+  EXPECT_FALSE(page().sections.at("pose").at("current"));
+  take(pose(5, 1, 3));
+  std::vector<int> joined;
+  for (const auto& step : page().path) joined.push_back(step.at(3));
+  EXPECT_EQ(joined, (std::vector<int>{0, 1, 0}));
+  EXPECT_EQ(late_page(), page());
+}
+
+TEST_F(ViewModelTest, ANewMapStartsFromNothing) {
+  take(pose(5, 1, 0));
+  auto map = part(5, 1, -1);
+  map.update.keyframes.push_back({0, 1000, {}});
+  map.update.landmarks.push_back(landmark(1, 0, 4));
+  take(map);
+  EXPECT_EQ(page().landmarks.size(), 1u);
+  take(pose(5, 2, 1));
+  EXPECT_EQ(page().path.size(), 1u);
+  EXPECT_TRUE(page().landmarks.empty());
+  EXPECT_EQ(page().sections.at("events").back().at("text"), "a new map was begun: map 2");
+  take(map);
+  take(pose(5, 1, 2));
+  EXPECT_EQ(page().path.size(), 1u) << "what is late of the old map is passed over";
+  EXPECT_TRUE(page().keyframes.empty());
+  EXPECT_EQ(late_page(), page());
+}
+
+TEST_F(ViewModelTest, ARestartOfTheServerIsSaid) {
+  take(status(5, status_t::STATE_TRACKING));
+  for (int i = 0; i < 10; ++i) take(pose(5, 3, i));
+  auto map = part(5, 3, -1);
+  map.update.keyframes.push_back({0, 1000, {}});
+  take(map);
+  EXPECT_EQ(page().path.size(), 10u);
+  EXPECT_FALSE(page().sections.contains("events"));
+  take(status(6, status_t::STATE_WAITING));
+  EXPECT_EQ(page().sections.at("events").back().at("text"), "server restarted: a new map");
+  EXPECT_TRUE(page().path.empty());
+  EXPECT_TRUE(page().keyframes.empty());
+  EXPECT_TRUE(page().sections.at("pose").is_null());
+  EXPECT_EQ(page().sections.at("state").at("state"), "WAITING");
+  // The old run's last words, and then the new one's first map, which is no event of its own.
+  take(pose(5, 3, 11));
+  take(status(5, status_t::STATE_STOPPING));
+  EXPECT_EQ(page().sections.at("state").at("state"), "WAITING");
+  take(pose(6, 1, 0));
+  EXPECT_EQ(page().path.size(), 1u);
+  EXPECT_EQ(page().sections.at("events").size(), 1u);
+  EXPECT_EQ(late_page(), page());
+}
+
+TEST_F(ViewModelTest, SilenceIsCounted) {
+  take(pose(5, 1, 0));
+  EXPECT_EQ(page().sections.at("silence_s"), 0);
+  now_ += 2900ms;
+  EXPECT_EQ(page().sections.at("silence_s"), 0);
+  now_ += 1200ms;
+  EXPECT_EQ(page().sections.at("silence_s"), 4);
+  EXPECT_TRUE(model_.server_is_gone(now_));
+  EXPECT_EQ(page().sections.at("state").at("state"), "NO SERVER");
+  EXPECT_EQ(late_page(), page());
+  take(status(5, status_t::STATE_WAITING));
+  EXPECT_EQ(page().sections.at("silence_s"), 0);
+  EXPECT_FALSE(model_.server_is_gone(now_));
+  take(status(5, status_t::STATE_STOPPING));
+  EXPECT_TRUE(model_.server_is_gone(now_));
+  now_ += 10s;
+  EXPECT_EQ(page().sections.at("state").at("state"), "STOPPED");
+}
+
+TEST_F(ViewModelTest, ALongPathIsThinnedNotCut) {
+  const auto max = static_cast<int>(ShownPath::kMaxSteps);
+  for (int i = 0; i < max + 10; ++i) {
+    take(pose(5, 1, i));
+    if (i % 1000 == 0) page();
+  }
+  EXPECT_EQ(page().path.size(), ShownPath::kMaxSteps / 2 + 10);
+  EXPECT_EQ(page().path.back().at(2), -0.5 * (max + 9));
+  EXPECT_EQ(page().path.front().at(2), -0.5);
+  EXPECT_EQ(late_page(), page());
+}
+
+TEST_F(ViewModelTest, TextsOfAnyBytesAreShown) {
+  auto said = status(5, status_t::STATE_LOST, Reason::kScaleJump);
+  said.message = "not UTF-8: \xff\xfe <b>";
+  take(said);
+  const std::string text = page().sections.at("state").at("text");
+  EXPECT_TRUE(text.starts_with("not UTF-8: ")) << text;
+}
+
+}  // namespace
+}  // namespace eifmap
