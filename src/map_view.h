@@ -17,9 +17,11 @@ namespace eifmap {
 enum class TrackingState : std::int8_t { kWaiting = 0, kStarting = 1, kTracking = 2, kLost = 3 };
 enum class PoseSource : std::int8_t {
   kNone = 0,
-  kScaleFit = 1,  // relative pose + scale fit against the map ([WD10] III)
-  kMapOnly = 2,   // from the map alone: too little baseline for a relative pose
-  kPnp = 3,       // fallback
+  // Relative pose, its length from the scale fit against the map ([WD10] III) or, where the map
+  // does not confirm that, from another way along the line that it does confirm.
+  kScaleFit = 1,
+  kMapOnly = 2,  // from the map alone: too little baseline for a relative pose
+  kPnp = 3,      // fallback
   kRelocalized = 4,
   kStartSet = 5,  // one of the first images
 };

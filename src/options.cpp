@@ -85,7 +85,7 @@ MapperOptions MapperOptions::paper() {
   paper.tracking.fall_back = false;
   paper.tracking.second_radius_px = 0;
   paper.landmark.promote_omega_p = false;
-  paper.landmark.min_views = paper.landmark.min_views_if_few = 2;
+  paper.landmark.min_views = 2;
   paper.filter.relinearize = Relinearize::kOnce;
   paper.filter.judge_edges = false;
   return paper;

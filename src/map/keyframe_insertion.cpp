@@ -15,7 +15,7 @@ namespace {
 bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
                        const MapperOptions& options) {
   // Where a plane fills the view, the two-view direction may be the plane's other solution.
-  // Nor is it one to believe where the map's scale fit would not have it.
+  // Nor is it one to believe where the map confirms no pose along it.
   const FramePair& pair = tracking.pair;
   if (tracking.source == PoseSource::kScaleFit && !pair.relative.planar &&
       add_edge(map, tracking.related, keyframe, pair.explained_p(), pair.relative.pose, options))

@@ -198,7 +198,9 @@ std::optional<Rigid3> PoseSearch::place_along_line(PoseStart way,
 }
 
 // By the chosen way; where the map does not confirm it, by the others. Each fails on frames where
-// another does not.
+// another does not. All are along the one relative pose, so that an edge may be made of it: with
+// none after the others, one of four runs at every 10th image of a recording ended at twice the
+// error.
 bool PoseSearch::along_line(const std::vector<LandmarkSight>& sights, Tracking& tracking) const {
   const auto by = [&](PoseStart way) {
     const std::optional<Rigid3> start = place_along_line(way, sights, tracking);

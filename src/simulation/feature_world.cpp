@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "simulation/random.h"
+#include "simulation/vga_camera.h"
 
 namespace eifmap {
 namespace {
@@ -77,13 +78,7 @@ std::vector<int> looks_of(const std::vector<int>& points, double wrong_share, Ra
 }  // namespace
 
 Camera feature_world_camera() {
-  Camera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 500;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  return camera;
+  return simulation::vga_camera(500);
 }
 
 std::string FeatureWorldOptions::problem() const {

@@ -8,6 +8,7 @@
 #include "simulation/courtyard.h"
 #include "simulation/renderer.h"
 #include "simulation/value_noise.h"
+#include "simulation/vga_camera.h"
 #include "simulation/walk.h"
 
 namespace eifmap {
@@ -16,12 +17,7 @@ namespace {
 using namespace simulation;
 
 Camera make_camera(const SimulationOptions& options) {
-  Camera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 470;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
+  Camera camera = vga_camera(470);
   if (options.distorted) {
     camera.model = CameraModel::kRadialTangential;
     camera.distortion = {-0.28, 0.07, 0.0002, -0.0001, 0};
