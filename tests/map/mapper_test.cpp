@@ -67,6 +67,22 @@ TEST(Mapper, MapsThroughWrongMatches) {
   EXPECT_LT(trajectory_error(trajectory, sideways), 0.02);
 }
 
+// A step seven times as long as the one before ends where nobody looks who expects the same speed.
+TEST(Mapper, FallsBackOnOtherStartsWhereTheMapRefusesOne) {
+  const SyntheticStream world;
+  for (const bool fall_back : {false, true}) {
+    MapperOptions options;
+    options.tracking.start = PoseStart::kSameSpeed;
+    options.tracking.fall_back = fall_back;
+    Mapper mapper(synthetic_camera(), options);
+    for (int i = 0; i < 30; ++i) mapper.process(world.view(i, sideways(i)));
+    ASSERT_EQ(mapper.statistics().losses, 0);
+    const FrameResult result = mapper.process(world.view(30, sideways(36)));
+    EXPECT_EQ(result.state, fall_back ? TrackingState::kTracking : TrackingState::kLost);
+    EXPECT_EQ(mapper.statistics().losses, fall_back ? 0 : 1);
+  }
+}
+
 TEST(Mapper, SaysTheSameTwice) {
   const SyntheticStream world;
   Mapper first(synthetic_camera(), {}), second(synthetic_camera(), {});
