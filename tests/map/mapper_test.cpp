@@ -67,19 +67,23 @@ TEST(Mapper, MapsThroughWrongMatches) {
   EXPECT_LT(trajectory_error(trajectory, sideways), 0.02);
 }
 
-// A step seven times as long as the one before ends where nobody looks who expects the same speed.
-TEST(Mapper, FallsBackOnOtherStartsWhereTheMapRefusesOne) {
+// A scale fit that always refuses leaves the other ways along the line, then the map alone.
+TEST(Mapper, FallsBackOnOtherStartsWhereOneRefuses) {
   const SyntheticStream world;
   for (const bool fall_back : {false, true}) {
     MapperOptions options;
-    options.tracking.start = PoseStart::kSameSpeed;
+    options.scale_fit.min_inliers = 100000;
     options.tracking.fall_back = fall_back;
     Mapper mapper(synthetic_camera(), options);
-    for (int i = 0; i < 30; ++i) mapper.process(world.view(i, sideways(i)));
-    ASSERT_EQ(mapper.statistics().losses, 0);
-    const FrameResult result = mapper.process(world.view(30, sideways(36)));
-    EXPECT_EQ(result.state, fall_back ? TrackingState::kTracking : TrackingState::kLost);
-    EXPECT_EQ(mapper.statistics().losses, fall_back ? 0 : 1);
+    int along_line = 0, map_alone = 0;
+    for (int i = 0; i < 40; ++i) {
+      const PoseSource source = mapper.process(world.view(i, sideways(i))).source;
+      along_line += source == PoseSource::kScaleFit ? 1 : 0;
+      map_alone += source == PoseSource::kMapOnly ? 1 : 0;
+    }
+    EXPECT_EQ(mapper.statistics().losses, 0);
+    EXPECT_EQ(along_line > 20, fall_back) << along_line;
+    EXPECT_EQ(map_alone > 20, !fall_back) << map_alone;
   }
 }
 
