@@ -1,4 +1,5 @@
-// The whole mapper on the rendered courtyard, seen through each kind of lens and by a rolling camera.
+// The whole mapper on the rendered courtyard, seen through each kind of lens and by a rolling
+// camera.
 #include <gtest/gtest.h>
 
 #include "features/front_end.h"

@@ -67,6 +67,26 @@ TEST(Mapper, MapsThroughWrongMatches) {
   EXPECT_LT(trajectory_error(trajectory, sideways), 0.02);
 }
 
+// A scale fit that always refuses leaves the other ways along the line, then the map alone.
+TEST(Mapper, FallsBackOnOtherStartsWhereOneRefuses) {
+  const SyntheticStream world;
+  for (const bool fall_back : {false, true}) {
+    MapperOptions options;
+    options.scale_fit.min_inliers = 100000;
+    options.tracking.fall_back = fall_back;
+    Mapper mapper(synthetic_camera(), options);
+    int along_line = 0, map_alone = 0;
+    for (int i = 0; i < 40; ++i) {
+      const PoseSource source = mapper.process(world.view(i, sideways(i))).source;
+      along_line += source == PoseSource::kScaleFit ? 1 : 0;
+      map_alone += source == PoseSource::kMapOnly ? 1 : 0;
+    }
+    EXPECT_EQ(mapper.statistics().losses, 0);
+    EXPECT_EQ(along_line > 20, fall_back) << along_line;
+    EXPECT_EQ(map_alone > 20, !fall_back) << map_alone;
+  }
+}
+
 TEST(Mapper, SaysTheSameTwice) {
   const SyntheticStream world;
   Mapper first(synthetic_camera(), {}), second(synthetic_camera(), {});
