@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/camera.h"
 #include "program/nearest_name.h"
 #include "sequence/number_text.h"
 

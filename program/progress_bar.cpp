@@ -35,7 +35,9 @@ ProgressBar::~ProgressBar() {
 void ProgressBar::show(int done, int total) {
   if (total < 0) return show_count(done);
   const int steps = terminal_ ? 100 : 10;
-  const int reached = total > 0 ? static_cast<int>(static_cast<long>(done) * steps / total) : steps;
+  // A container may hold more than it said.
+  const int reached =
+      done < total ? static_cast<int>(static_cast<long>(done) * steps / total) : steps;
   if (reached == shown_) return;
   shown_ = reached;
   const int percent = reached * 100 / steps;
@@ -50,8 +52,8 @@ void ProgressBar::show(int done, int total) {
   const int filled = percent * kWidth / 100;
   out_ << "\r[" << std::string(static_cast<std::size_t>(filled), '#')
        << std::string(static_cast<std::size_t>(kWidth - filled), ' ') << "] " << line.str()
-       << (done == total ? "\n" : "") << std::flush;
-  line_open_ = done != total;
+       << (done >= total ? "\n" : "") << std::flush;
+  line_open_ = done < total;
 }
 
 }  // namespace eifmap

@@ -32,14 +32,21 @@ std::string bind_problem(const ListenAt& at, int error) {
 
 }  // namespace
 
-std::string listen_problem(const ListenAt& at) {
-  sockaddr_in where{};
-  where.sin_family = AF_INET;
-  if (inet_pton(AF_INET, at.address.c_str(), &where.sin_addr) != 1)
+std::string form_problem(const ListenAt& at) {
+  in_addr address;
+  if (inet_pton(AF_INET, at.address.c_str(), &address) != 1)
     return "--address is '" + at.address +
            "', wanted an IPv4 address of this machine, such as 127.0.0.1";
   if (at.port < 0 || at.port > 65535)
     return "--port is " + std::to_string(at.port) + ", wanted 0 to 65535";
+  return "";
+}
+
+std::string listen_problem(const ListenAt& at) {
+  if (std::string problem = form_problem(at); !problem.empty()) return problem;
+  sockaddr_in where{};
+  where.sin_family = AF_INET;
+  inet_pton(AF_INET, at.address.c_str(), &where.sin_addr);
   where.sin_port = htons(static_cast<std::uint16_t>(at.port));
   const int probe = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (probe < 0) return bind_problem(at, errno);

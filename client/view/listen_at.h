@@ -15,6 +15,9 @@ struct ListenAt {
   bool loopback() const { return address.starts_with("127."); }
 };
 
+// "" when it is an IPv4 address and a port, else which is not.
+std::string form_problem(const ListenAt& at);
+
 // "" when that can be listened at now, else what is wrong, which value, and what to do.
 std::string listen_problem(const ListenAt& at);
 

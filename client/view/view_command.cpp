@@ -19,6 +19,10 @@ int run(const Options& options, StopSignals& signals) {
     spdlog::error("--camera is '{}', wanted 1 to 24 characters of A-Z a-z 0-9 _ -", options.camera);
     return kBadOptions;
   }
+  if (const std::string problem = form_problem(options.at); !problem.empty()) {
+    spdlog::error(problem);
+    return kBadOptions;
+  }
   View view;
   const PageServer::Opened opened = PageServer::open(options.at, view);
   if (!opened.server) {

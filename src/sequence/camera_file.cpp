@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "sequence/camera_yaml.h"
+#include "sequence/file_text.h"
 
 namespace eifmap {
 namespace fs = std::filesystem;
@@ -63,9 +62,9 @@ void read_model(const nlohmann::json& json, Camera& camera, std::string& problem
 
 CameraFile read_camera_json(const fs::path& file) {
   CameraFile result;
-  std::ifstream in(file);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in) return {{}, file.string() + ": cannot be read"};
+  const std::optional<std::string> read = file_text(file);
+  if (!read) return {{}, file.string() + ": cannot be read"};
+  const std::string& text = *read;
   nlohmann::json json;
   try {
     json = nlohmann::json::parse(text);

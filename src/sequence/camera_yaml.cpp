@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+
+#include "sequence/file_text.h"
 
 namespace eifmap {
 namespace fs = std::filesystem;
@@ -135,9 +135,8 @@ SensorFile sensor(const YAML::Node& root) {
 template <class Result>
 Result read_yaml(const fs::path& file, Result (*read)(const YAML::Node&)) {
   Result result;
-  std::ifstream in(file);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in || text.empty()) {
+  std::string text = file_text(file).value_or("");
+  if (text.empty()) {
     result.problem = file.string() + ": cannot be read, or is empty";
     return result;
   }

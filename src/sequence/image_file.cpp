@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
-#include <iterator>
 #include <opencv2/imgcodecs.hpp>
+
+#include "sequence/file_text.h"
 
 namespace eifmap {
 namespace fs = std::filesystem;
@@ -39,7 +39,7 @@ std::string list_images(const fs::path& folder, std::vector<fs::path>& images) {
   if (error) return folder.string() + ": cannot be listed (" + error.message() + ")";
   for (; entry != fs::directory_iterator(); entry.increment(error)) {
     if (error) return folder.string() + ": cannot be listed (" + error.message() + ")";
-    if (is_image(entry->path())) images.push_back(entry->path());
+    if (is_image(entry->path()) && !entry->is_directory(error)) images.push_back(entry->path());
   }
   std::sort(images.begin(), images.end());
   if (images.empty())
@@ -65,10 +65,10 @@ bool natural_less(const std::string& a, const std::string& b) {
 }
 
 FileBytes read_bytes(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
   FileBytes result;
-  result.bytes.assign(std::istreambuf_iterator<char>(in), {});
-  if (!in || result.bytes.empty())
+  const std::string text = file_text(file).value_or("");
+  result.bytes.assign(text.begin(), text.end());
+  if (result.bytes.empty())
     result.problem = file.string() + ": cannot be read, or is empty; put the image there again";
   return result;
 }

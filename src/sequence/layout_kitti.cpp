@@ -101,11 +101,12 @@ Recording read(const fs::path& folder, const SequenceOptions& options) {
   std::error_code error;
   const fs::path calibration = folder / "calib.txt";
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  if (options.calibration.empty() && fs::exists(calibration, error)) {
+  if (fs::exists(calibration, error)) {
     Matrix34 projection;
     problem = read_projection(calibration, gray ? "P0" : "P2", projection);
-    if (problem.empty()) problem = make_camera(projection, calibration, recording);
-    if (problem.empty()) centre = centre_of(projection);
+    if (problem.empty() && options.calibration.empty())
+      problem = make_camera(projection, calibration, recording);
+    if (problem.empty()) centre = centre_of(projection);  // whose lens is calibrated again
   }
   if (const fs::path poses = find_poses(folder); problem.empty() && !poses.empty())
     problem = read_poses(poses, centre, recording);

@@ -24,8 +24,7 @@ Camera camera_of(double fx, double fy, double cx, double cy, const std::array<do
 // As the data set's page gives them for the colour images; those of the third are rectified.
 std::optional<Camera> known_camera(const std::string& name) {
   const auto is = [&name](char number) {
-    return name.find(std::string("freiburg") + number) != std::string::npos ||
-           name.find(std::string("fr") + number) != std::string::npos;
+    return name.find(std::string("freiburg") + number) != std::string::npos;
   };
   if (is('1'))
     return camera_of(517.3, 516.5, 318.6, 255.3, {0.2624, -0.9531, -0.0054, 0.0026, 1.1633});

@@ -82,7 +82,7 @@ TEST(EifmapProgram, SaysWhatIsWrongAndEndsWithACode) {
   EXPECT_EQ(eifmap_program("").code, 2);
   EXPECT_EQ(eifmap_program("--help").code, 0);
   const auto view = eifmap_program("view --lcm-url memq:// --address nowhere");
-  EXPECT_EQ(view.code, 1);
+  EXPECT_EQ(view.code, 2);
   EXPECT_NE(view.output.find("--address is 'nowhere', wanted an IPv4 address"), std::string::npos)
       << view.output;
   EXPECT_EQ(eifmap_program("view --lcm-url memq:// --camera 'two words'").code, 2);

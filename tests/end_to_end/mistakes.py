@@ -109,6 +109,10 @@ def calibrations(check, top):
     check(["eifmap", "publish", good, "--hfov", "60", "--calib", "a.json"],
           "--hfov guesses what --calib a.json says: leave one of them out")
     check(["eifmap", "publish", good, "--calib", top / "none.json"], "none.json: cannot be read")
+    (top / "folder.json").mkdir()
+    check(["eifmap", "publish", good, "--calib", top / "folder.json"], "folder.json: cannot be read")
+    (top / "folder.yaml").mkdir()
+    check(["eifmap", "publish", good, "--calib", top / "folder.yaml"], "folder.yaml: cannot be read")
     check(["eifmap-server", "--lcm-url", "memq://", "--calib", top / "none.json"],
           "none.json: cannot be read")
 
@@ -126,6 +130,10 @@ def options(check, top):
     check([*publish, "--extractor", "orb"], "--extractor: 'orb' is unknown, wanted surf_upright")
     check([*publish, "--as", "png"], "--as: 'png' is unknown, wanted raw, mjpeg or features")
     check([*publish, "--features-cap", "0"], "--features-cap: '0' is out of range, wanted 1 to 100000")
+    view = ("eifmap", "view")
+    check([*view, "--port", "65536"], "--port is 65536, wanted 0 to 65535")
+    check([*view, "--address", "localhost"], "--address is 'localhost', wanted an IPv4 address")
+    check([*view, "--address", "192.0.2.1"], "no address of this machine", "127.0.0.1", code=1)
     check([*publish, "--camera", "front left"], "camera is 'front left', wanted 1 to 24 characters")
     for url, *words in [("nonsense://", "it names no kind of network", "wanted one like udpm://"),
                         ("udpm://239.255.76.67:99999", "its port is 99999, wanted 1 to 65535"),

@@ -71,6 +71,19 @@ TEST(ProgressBar, ALineEachTenthWhereThereIsNoTerminal) {
   EXPECT_NE(text.find("100 %  40/40 images"), std::string::npos) << text;
 }
 
+TEST(ProgressBar, MoreThanWasAnnouncedIsTheWhole) {
+  for (const bool terminal : {false, true}) {
+    std::ostringstream out;
+    {
+      ProgressBar bar(out, terminal);
+      for (int i = 0; i <= 15; ++i) bar.show(i, 10);
+      bar.show(1000, 10);
+    }
+    EXPECT_NE(out.str().find("100 %  10/10 images"), std::string::npos) << out.str();
+    EXPECT_EQ(out.str().back(), '\n');
+  }
+}
+
 TEST(ProgressBar, CountsWhereNobodyKnowsTheEnd) {
   std::ostringstream out;
   ProgressBar bar(out, false);
