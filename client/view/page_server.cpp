@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "client/view/page_files.h"
 
 namespace eifmap {
 namespace {
 
-constexpr std::size_t kChunk = 64 * 1024;  // of a file, at a time
+constexpr std::size_t kChunk = 64 * 1024;  // of a file or a message, at a time
 constexpr int kRounds = 4;                 // of writing to every page, in a call of service()
 
 // What libwebsockets keeps for each HTTP request, zeroed at its start.
@@ -27,10 +28,12 @@ int write(lws* connection, std::vector<unsigned char>& scratch, std::string_view
   return lws_write(connection, scratch.data() + LWS_PRE, bytes.size(), as);
 }
 
-std::string header(lws* connection, lws_token_indexes which) {
+// "" where there is none; nothing where it is longer than any of an honest browser.
+std::optional<std::string> header(lws* connection, lws_token_indexes which) {
   std::array<char, 256> text{};
   const int length = lws_hdr_copy(connection, text.data(), static_cast<int>(text.size()), which);
-  return length > 0 ? std::string(text.data(), static_cast<std::size_t>(length)) : "";
+  if (length < 0) return {};
+  return std::string(text.data(), static_cast<std::size_t>(length));
 }
 
 // Sends the headers of the file that is asked for. The result is libwebsockets': 0 goes on.
@@ -124,8 +127,8 @@ namespace {
 constexpr std::size_t kMaxFromPage = 256;  // bytes; nothing is expected
 
 const lws_protocols kProtocols[] = {
-    {"http", LwsCallbacks::http, sizeof(Request), 0, 0, nullptr, 0},
-    {"eifmap-view", LwsCallbacks::web_socket, 0, kMaxFromPage, 0, nullptr, 0},
+    {"http", LwsCallbacks::http, sizeof(Request), 0, 0, nullptr, kChunk},
+    {"eifmap-view", LwsCallbacks::web_socket, 0, kMaxFromPage, 0, nullptr, kChunk},
     {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
 
 }  // namespace
@@ -185,7 +188,9 @@ void PageServer::hand_out(ViewModel::Clock::time_point now) {
   }
   if (view_.picture.number() != picture_number_) {
     picture_number_ = view_.picture.number();
-    picture_ = picture = std::make_shared<PageMessage>(PageMessage{view_.picture.jpeg(), true});
+    picture = std::make_shared<PageMessage>(PageMessage{view_.picture.jpeg(), true});
+    if (picture->bytes.empty()) picture.reset();  // the pages know by themselves
+    picture_ = picture;
   }
   for (auto& [page, queue] : pages_) {
     if (increment) queue.push(increment);
@@ -201,8 +206,8 @@ SharedMessage PageServer::snapshot() {
 }
 
 bool PageServer::admits(lws* page) const {
-  return pages_.size() < kMaxPages &&
-         may_look(header(page, WSI_TOKEN_HOST), header(page, WSI_TOKEN_ORIGIN), at_.loopback());
+  const auto host = header(page, WSI_TOKEN_HOST), origin = header(page, WSI_TOKEN_ORIGIN);
+  return pages_.size() < kMaxPages && host && origin && may_look(*host, *origin, at_.loopback());
 }
 
 void PageServer::add(lws* page) {

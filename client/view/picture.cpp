@@ -4,14 +4,29 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "convert/gray_pixels.h"
+
 namespace eifmap {
 namespace {
 
-// `image` holds what decode_image() promises of gray pixels.
+// Of 16-bit pixels, as many as the brightest one needs: nobody has told the view how many the
+// camera fills.
+int bits_in_use(const ImageMessage& image) {
+  int highest = 0;
+  for (int row = 0; row < image.height; ++row) {
+    const std::uint8_t* from = image.data.data() + static_cast<std::size_t>(row) *
+                                                       static_cast<std::size_t>(image.row_stride);
+    for (int x = 0; x < image.width; ++x)
+      highest = std::max(highest, from[2 * x] | from[2 * x + 1] << 8);
+  }
+  int bits = 8;
+  while (highest >> bits != 0) ++bits;
+  return bits;
+}
+
 std::string compress(const ImageMessage& image) {
-  const cv::Mat pixels(image.height, image.width, CV_8UC1,
-                       const_cast<std::uint8_t*>(image.data.data()),
-                       static_cast<std::size_t>(image.row_stride));
+  const cv::Mat pixels =
+      gray_pixels(image, image.format == PixelFormat::kGray16 ? bits_in_use(image) : 16);
   const double scale =
       std::min(1.0, static_cast<double>(Picture::kMaxSide) / std::max(image.width, image.height));
   cv::Mat small;
@@ -29,11 +44,15 @@ void Picture::take(const ImageMessage& image) {
   if (image.format == PixelFormat::kMjpeg) {
     if (image.data.size() > kMaxJpegBytes) return;
     jpeg_.assign(image.data.begin(), image.data.end());
-  } else if (image.format == PixelFormat::kGray) {
-    jpeg_ = compress(image);
   } else {
-    return;
+    jpeg_ = compress(image);
   }
+  ++number_;
+}
+
+void Picture::clear() {
+  if (jpeg_.empty()) return;
+  jpeg_.clear();
   ++number_;
 }
 

@@ -16,7 +16,7 @@ ShownLandmark shown(const LandmarkView& landmark) {
   for (int i = 0; i < 3; ++i)
     result.position[static_cast<std::size_t>(i)] =
         static_cast<float>(landmark.position_in_anchor[i]);
-  result.signed_observations = landmark.laplacian_sign * landmark.num_observations;
+  result.signed_observations = landmark.laplacian_sign * std::max(1, landmark.num_observations);
   if (landmark.covariance.allFinite())
     result.sigma = static_cast<float>(std::sqrt(std::max(0.0, landmark.covariance.trace())));
   return result;

@@ -3,13 +3,9 @@
 namespace eifmap {
 namespace {
 
-// What may wait in LCM while a large snapshot is written: nothing is lost of poses and map; of
-// pictures the next ones will do.
-constexpr int kQueue = 2000, kPictureQueue = 2;
-
-bool is_picture(ChannelKind kind) {
-  return kind == ChannelKind::kFeatures || kind == ChannelKind::kImage;
-}
+// What may wait in LCM while a large snapshot is written: nothing is lost of poses, map and the
+// parts of feature frames; of images the next ones will do.
+constexpr int kQueue = 2000, kImageQueue = 2;
 
 bool is_servers(ChannelKind kind) {
   return kind == ChannelKind::kPose || kind == ChannelKind::kMap || kind == ChannelKind::kStatus;
@@ -38,7 +34,7 @@ ViewFeed::~ViewFeed() {
 // Which camera it is, the server says; what publishers send before that is passed over.
 void ViewFeed::subscribe(std::string_view camera, ChannelKind kind,
                          void (ViewFeed::*handler)(Bytes)) {
-  bus_.subscribe(channel_pattern(camera, kind), is_picture(kind) ? kPictureQueue : kQueue,
+  bus_.subscribe(channel_pattern(camera, kind), kind == ChannelKind::kImage ? kImageQueue : kQueue,
                  [this, kind, handler](const std::string& channel, Bytes bytes) {
                    const auto parsed = parse_channel(channel);
                    if (!parsed) return;
@@ -92,20 +88,24 @@ void ViewFeed::receive_calibration(Bytes bytes) {
 }
 
 void ViewFeed::receive_features(Bytes bytes) {
-  const Clock::time_point now = Clock::now();
-  if (now < next_features_) return;
-  next_features_ = now + kPicturePeriod;
-  const auto features = decode_features(bytes);
-  if (!features.ok()) return view_.model.note_malformed();
-  view_.model.take(features.value);
+  auto part = decode_feature_part(bytes);
+  if (!part.ok()) return view_.model.note_malformed();
+  for (const FeatureFrame& frame : parts_.add(std::move(part.value))) {
+    const Clock::time_point now = Clock::now();
+    if (now < features_shown_ + kPicturePeriod) continue;
+    features_shown_ = now;
+    if (now > image_shown_ + kPictureSilence) view_.picture.clear();
+    view_.model.take(frame);
+  }
 }
 
 void ViewFeed::receive_image(Bytes bytes) {
   const Clock::time_point now = Clock::now();
-  if (now < next_image_) return;
-  next_image_ = now + kPicturePeriod;
+  if (now < image_shown_ + kPicturePeriod) return;
+  image_shown_ = now;
   const auto image = decode_image(bytes);
   if (!image.ok()) return view_.model.note_malformed();
+  if (now > features_shown_ + kPictureSilence) view_.model.forget_features();
   view_.picture.take(image.value);
 }
 

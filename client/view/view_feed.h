@@ -7,6 +7,7 @@
 #include "client/view/picture.h"
 #include "client/view/view_model.h"
 #include "convert/channel.h"
+#include "convert/feature_parts.h"
 
 namespace eifmap {
 
@@ -32,6 +33,8 @@ class ViewFeed {
 
   // Features and images are for the eye: the next ones are taken after this.
   static constexpr auto kPicturePeriod = std::chrono::milliseconds(80);
+  // Where images and features both came, what is silent for so long has ended.
+  static constexpr auto kPictureSilence = std::chrono::seconds(2);
 
  private:
   void receive_pose(Bytes bytes);
@@ -47,7 +50,8 @@ class ViewFeed {
   View& view_;
   Bus& bus_;
   bool server_has_camera_ = false;  // the server shown has spoken of this camera
-  Clock::time_point next_features_{}, next_image_{};
+  FeatureAssembler parts_;
+  Clock::time_point features_shown_{}, image_shown_{};
 };
 
 }  // namespace eifmap

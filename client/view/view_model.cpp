@@ -85,6 +85,10 @@ void ViewModel::take(const FeatureFrame& features) {
   set("features", view_json::features(features));
 }
 
+void ViewModel::forget_features() {
+  if (sections_.contains("features")) set("features", nullptr);
+}
+
 void ViewModel::set_camera(const std::string& camera) {
   set("camera", camera);
 }

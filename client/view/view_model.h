@@ -41,6 +41,7 @@ class ViewModel {
   void take(const status_t& status, Clock::time_point now);
   void take(const NamedCamera& camera);
   void take(const FeatureFrame& features);
+  void forget_features();
   void set_camera(const std::string& camera);
   void note_malformed() { ++malformed_; }
 

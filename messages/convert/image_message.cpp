@@ -88,7 +88,7 @@ std::string size_problem(const image_t& message, const PixelFormatInfo& format) 
 
 }  // namespace
 
-const PixelFormatInfo& info(PixelFormat format) {
+const PixelFormatInfo& format_info(PixelFormat format) {
   return kFormats[static_cast<std::size_t>(format)];
 }
 
@@ -98,7 +98,7 @@ image_t to_message(const ImageMessage& image) {
   message.width = image.width;
   message.height = image.height;
   message.row_stride = image.row_stride;
-  message.pixelformat = info(image.format).wire;
+  message.pixelformat = format_info(image.format).wire;
   message.size = static_cast<std::int32_t>(image.data.size());
   message.data = image.data;
   message.metadata = {metadata(kSeqKey, image.seq), metadata(kPublisherKey, image.publisher),
@@ -127,6 +127,8 @@ Decoded<ImageMessage> decode_image(Bytes bytes) {
     if (!read(entry, kSeqKey, image.seq) || !read(entry, kPublisherKey, image.publisher) ||
         !read(entry, kCalibrationKey, image.calibration_id))
       return Result::refuse(Reason::kMalformedMessage, entry.key + " is not a decimal number");
+  if (!valid_seq(image.seq))
+    return Result::refuse(Reason::kMalformedMessage, "seq is " + std::to_string(image.seq));
   image.time_us = message.utime;
   image.width = message.width;
   image.height = message.height;

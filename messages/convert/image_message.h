@@ -28,7 +28,7 @@ struct PixelFormatInfo {
   int bytes_per_pixel;  // of a row of the first plane; 0: compressed
   const char* name;
 };
-const PixelFormatInfo& info(PixelFormat format);
+const PixelFormatInfo& format_info(PixelFormat format);
 
 struct ImageMessage {
   std::int64_t time_us = 0;         // capture, publisher's clock

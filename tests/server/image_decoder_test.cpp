@@ -130,7 +130,7 @@ TEST_P(EveryFormat, AMissingByteIsRefused) {
   --sent.size;
   const Decoded<ImageMessage> message = decode_image(encode(sent));
   EXPECT_EQ(message.reason, Reason::kBadImageSize);
-  EXPECT_NE(message.detail.find(info(GetParam()).name), std::string::npos) << message.detail;
+  EXPECT_NE(message.detail.find(format_info(GetParam()).name), std::string::npos) << message.detail;
 }
 
 INSTANTIATE_TEST_SUITE_P(ImageDecoder, EveryFormat,
@@ -138,7 +138,9 @@ INSTANTIATE_TEST_SUITE_P(ImageDecoder, EveryFormat,
                                          PixelFormat::kRgb, PixelFormat::kBgr, PixelFormat::kRgba,
                                          PixelFormat::kBgra, PixelFormat::kYuyv, PixelFormat::kUyvy,
                                          PixelFormat::kI420, PixelFormat::kNv12),
-                         [](const auto& test) { return std::string(info(test.param).name); });
+                         [](const auto& test) {
+                           return std::string(format_info(test.param).name);
+                         });
 
 TEST(ImageDecoder, Gray16OfACameraWithFewerBits) {
   ImageMessage message = in_format(PixelFormat::kGray16, colored(), 0);

@@ -34,6 +34,12 @@ async function counts(page) {
   return {poses: await of("poses"), keyframes: await of("keyframes"), landmarks: await of("landmarks")};
 }
 
+// All that the page holds of the map and the path, and says of state and pose.
+const wholeCopy = (page) => page.evaluate(() => {
+  const {sections: {state, pose, lens, camera}, path, keyframes, landmarks} = window.eifmap.copy;
+  return JSON.stringify([state, pose, lens, camera, path, [...keyframes].sort((a, b) => a[0] - b[0]), [...landmarks].sort((a, b) => a[0] - b[0])]);
+});
+
 // How many of a picture's pixels differ clearly from the one above them, and how many colours and grays it has.
 async function liveliness(page, locator) {
   const png = (await locator.screenshot()).toString("base64");
@@ -101,6 +107,7 @@ async function run(browser) {
   let last = "";
   const settled = async () => last === (last = JSON.stringify(await counts(early)));
   await until(() => sleep(2000).then(settled), "the map to be whole");
+  await until(async () => await wholeCopy(early) === await wholeCopy(late), "the late page to hold what the early one does");
   expect(last === JSON.stringify(await counts(late)), `a late page shows the same as an early one: ${last}`);
 
   // What is drawn, not only counted.

@@ -130,6 +130,7 @@ TEST_F(PageServerTest, PicturesComeAsTheyAre) {
 TEST_F(PageServerTest, OtherSitesGetNothing) {
   EXPECT_FALSE(RawPage(server()).upgrade("http://elsewhere.example"));
   EXPECT_FALSE(RawPage(server()).upgrade("null"));
+  EXPECT_FALSE(RawPage(server()).upgrade("http://" + std::string(250, 'a')));
   EXPECT_EQ(server().pages(), 0u);
 }
 

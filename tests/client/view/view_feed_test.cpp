@@ -6,6 +6,7 @@
 
 #include "bus/lcm_bus.h"
 #include "client/view/page_copy.h"
+#include "convert/feature_parts.h"
 #include "messages/samples.h"
 
 namespace eifmap {
@@ -75,6 +76,30 @@ TEST_F(ViewFeedTest, OrTheOneThatIsAskedFor) {
   send_pose("other", 5);
   EXPECT_EQ(page().path.size(), 2u);
   EXPECT_THROW(ViewFeed("no such name", view_, bus_), std::invalid_argument);
+}
+
+TEST_F(ViewFeedTest, FeaturesThatComeInPartsAreShownWhole) {
+  listen("cam0");
+  auto features = samples::features(300);
+  features.camera = "cam0";
+  for (const auto& part : split_features(features, 1400))
+    send("cam0", ChannelKind::kFeatures, part);
+  EXPECT_EQ(page().sections.at("features").at("points").size(), 900u);
+  EXPECT_EQ(page().sections.at("malformed"), 0);
+}
+
+TEST_F(ViewFeedTest, EveryPixelFormatIsShown) {
+  listen("cam0");
+  for (const auto format : {PixelFormat::kGray, PixelFormat::kGray16, PixelFormat::kBgr,
+                            PixelFormat::kRgba, PixelFormat::kYuyv, PixelFormat::kI420}) {
+    auto image = samples::image();
+    image.format = format;
+    image.row_stride = format_info(format).bytes_per_pixel * image.width;
+    image.data.assign(static_cast<std::size_t>(2 * image.row_stride * image.height), 3);
+    view_.picture.take(image);
+    EXPECT_EQ(view_.picture.jpeg().substr(0, 2), "\xff\xd8") << format_info(format).name;
+    view_.picture.clear();
+  }
 }
 
 TEST_F(ViewFeedTest, ImagesBecomeAPicture) {

@@ -69,6 +69,28 @@ TEST_F(ViewModelTest, SaysPoseMapAndStateAsTheyCame) {
   EXPECT_EQ(copy.path.dump(), "[[1.0,0.1,-1.5,0]]");
 }
 
+// Axes that are no coordinate's: 0.3 along (2, 2, 1) / 3, the others 0.1 and 0.05.
+TEST_F(ViewModelTest, TheEllipsoidLiesAsTheCovarianceDoes) {
+  Eigen::Matrix3d axes;
+  axes << 2, -2, 1, 2, 1, -2, 1, 2, 2;
+  axes /= 3;
+  auto message = pose(5, 1, 3);
+  message.result.covariance_status = CovarianceStatus::kValid;
+  message.result.covariance.setIdentity();
+  message.result.covariance.topLeftCorner<3, 3>() =
+      axes * Eigen::Vector3d(0.09, 0.01, 0.0025).asDiagonal() * axes.transpose();
+  take(message);
+  const auto& ellipsoid = page().sections.at("pose").at("ellipsoid");
+  const double lengths[] = {0.3, 0.1, 0.05};
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Vector3d said;
+    for (int i = 0; i < 3; ++i)
+      said[i] = ellipsoid.at(static_cast<std::size_t>(3 * axis + i)).get<double>();
+    EXPECT_NEAR(std::abs(said.dot(axes.col(axis))), 3 * lengths[axis], 1e-6);
+    EXPECT_NEAR(said.norm(), 3 * lengths[axis], 1e-6);
+  }
+}
+
 TEST_F(ViewModelTest, UnknownCovariancesAreSaidToBeUnknown) {
   take(pose(5, 1, 3));
   auto map = part(5, 1, -1);

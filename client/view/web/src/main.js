@@ -21,6 +21,7 @@ function openWorld() {
 }
 
 const copy = new MapCopy();
+window.eifmap = {copy};  // for whoever wants to look closer
 const world = openWorld();
 
 // Shows or hides an object; the next update keeps to it.

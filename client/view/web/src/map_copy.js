@@ -17,7 +17,10 @@ export class MapCopy {
     const {snapshot, clear, path, keyframes, landmarks, removed_keyframes, removed_landmarks,
       ...sections} = message;
     const changed = new Set(Object.keys(sections));
-    if (snapshot) this.sections = {};
+    if (snapshot) {
+      for (const what of Object.keys(this.sections)) changed.add(what);
+      this.sections = {};
+    }
     if (snapshot || clear) {
       this.clear();
       for (const what of ["path", "keyframes", "landmarks"]) changed.add(what);

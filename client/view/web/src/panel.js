@@ -20,7 +20,10 @@ function showState({state = "NO SERVER", reason, text, hint} = {}) {
 }
 
 function showServer(server) {
-  if (!server) return;
+  if (!server) {
+    for (const id of ["rate", "latency", "images", "server"]) say(id, "");
+    return;
+  }
   say("rate", `${fixed(server.pose_hz, 1)} poses/s of ${fixed(server.input_hz, 1)} images`);
   say("latency", `${fixed(server.latency_ms_p50, 0)} ms (99 %: ${fixed(server.latency_ms_p99, 0)} ms)`);
   say("images", `${count(server.processed)} mapped, ${count(server.dropped)} passed over, ` +
@@ -46,6 +49,7 @@ let lastEvent = 0, connected = true, hideTimer = 0;
 // Each event is shown for a while; a page that comes late shows the last one, if there is one.
 function showEvents(events) {
   const last = events?.at(-1);
+  if (!last) lastEvent = 0;  // another run of the view counts anew
   if (!last || last.number === lastEvent) return;
   lastEvent = last.number;
   say("event", last.text);
