@@ -7,6 +7,7 @@
 #include <iostream>
 
 #include "bus/lcm_bus.h"
+#include "bus/link.h"
 #include "capture/open_source.h"
 #include "client/commands.h"
 #include "client/publisher.h"
@@ -23,6 +24,7 @@ struct Options {
   bool simulate = false, loop = false;
   double start_delay_s = 0;
   int max_frames = 0;
+  std::optional<int> max_message_bytes, bytes_per_s;  // nothing: what suits the network
   PublishOptions publish;
 };
 
@@ -89,6 +91,9 @@ PublishResult publish_all(ImageSource& source, const Options& options, Bus& bus,
 int run(Options& options, StopSignals& signals) {
   options.publish.start_delay =
       std::chrono::milliseconds(static_cast<std::int64_t>(1000 * options.start_delay_s));
+  const Link link = link_of(options.lcm_url);
+  options.publish.max_message_bytes = options.max_message_bytes.value_or(link.message_bytes);
+  options.publish.bytes_per_s = options.bytes_per_s.value_or(link.bytes_per_s);
   options.sequence.rate_hz = std::max(0.0, options.publish.rate_hz);
   for (const std::string& problem : {options.publish.problem(), options.sequence.problem()})
     if (!problem.empty()) {
@@ -112,8 +117,9 @@ int run(Options& options, StopSignals& signals) {
                options.publish.camera, options.lcm_url);
   const PublishResult result = publish_all(source, options, *opened.bus, signals);
   const bool ends = source.size() != ImageSource::kNoEnd;
-  spdlog::info("published {}{} images, publisher {}", result.published,
-               ends ? " of " + std::to_string(source.size()) : "", result.publisher);
+  spdlog::info("published {}{} images in {} messages, publisher {}", result.published,
+               ends ? " of " + std::to_string(source.size()) : "", result.messages,
+               result.publisher);
   if (result.late_s > 0.5)
     spdlog::warn("up to {:.1f} s late: this machine is slower than the recording", result.late_s);
   if (result.problem.empty()) return 0;
@@ -160,6 +166,16 @@ Command add_publish_command(CLI::App& app) {
       ->add_option("--rate", publish.rate_hz,
                    "images a second; 0: as fast as it can; default: as recorded")
       ->check(number_in(0, 10000));
+  command
+      ->add_option("--max-message", options->max_message_bytes,
+                   "of --as features: bytes; larger frames leave in parts; 0: whole; default: what "
+                   "fits a datagram, 1400 where the network's ttl is above 0, else 32768")
+      ->check(number_in(0, 1 << 26));
+  command
+      ->add_option("--bytes-per-s", options->bytes_per_s,
+                   "of --as features: the pace of a frame's parts; 0: none; default: 5000000 where "
+                   "the network's ttl is above 0, else none")
+      ->check(number_in(0, 1'000'000'000));
   command->add_flag("--loop", options->loop, "start again at the end; the times go on increasing");
   command->add_option("--camera", publish.camera, "name of the camera in the channels");
   command->add_option("--publisher", publish.publisher, "id of this publisher; default: random")

@@ -6,9 +6,11 @@
 #include <stdexcept>
 #include <thread>
 
+#include "bus/outbox.h"
 #include "convert/camera_message.h"
 #include "convert/channel.h"
 #include "convert/feature_message.h"
+#include "convert/feature_parts.h"
 #include "convert/image_message.h"
 #include "features/front_end.h"
 
@@ -18,6 +20,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
+// A frame's header and some features; a feature a second.
+constexpr int kMinMessageBytes = 512, kMinBytesPerS = 1000;
+
 constexpr milliseconds kCalibrationPeriod(1000), kNap(100);
 
 std::int64_t random_publisher() {
@@ -26,12 +31,14 @@ std::int64_t random_publisher() {
   return static_cast<std::int64_t>(bits >> 1) | 1;  // positive, never 0
 }
 
+using Message = std::vector<std::uint8_t>;
+
 struct Encoded {
-  std::vector<std::uint8_t> bytes;
+  std::vector<Message> messages;
   std::string problem;
 };
 
-// One image as the message that the options ask for.
+// One image as the messages that the options ask for.
 class FrameEncoder {
  public:
   FrameEncoder(ImageSource& source, const PublishOptions& options, std::int64_t publisher)
@@ -76,7 +83,7 @@ class FrameEncoder {
     for (int row = 0; row < gray.image.rows; ++row)
       image.data.insert(image.data.end(), gray.image.ptr(row),
                         gray.image.ptr(row) + gray.image.cols);
-    return {eifmap::encode(to_message(image)), ""};
+    return {{eifmap::encode(to_message(image))}, ""};
   }
 
   Encoded encode_mjpeg(int i) {
@@ -91,7 +98,7 @@ class FrameEncoder {
       cv::imencode(".jpg", gray.image, image.data,
                    {cv::IMWRITE_JPEG_QUALITY, options_.jpeg_quality});
     }
-    return {eifmap::encode(to_message(image)), ""};
+    return {{eifmap::encode(to_message(image))}, ""};
   }
 
   Encoded encode_features(int i) {
@@ -99,7 +106,12 @@ class FrameEncoder {
     if (!gray.problem.empty()) return {{}, gray.problem};
     const FeatureFrame frame = extract_frame(extractor_, gray.image, source_.camera(),
                                              {source_.time_us(i), publisher_, i, options_.camera});
-    return {eifmap::encode(to_message(frame)), ""};
+    if (options_.max_message_bytes == 0) return {{eifmap::encode(to_message(frame))}, ""};
+    Encoded parts;
+    const auto max_bytes = static_cast<std::size_t>(options_.max_message_bytes);
+    for (const feature_frame_t& part : split_features(frame, max_bytes))
+      parts.messages.push_back(eifmap::encode(part));
+    return parts;
   }
 
   ImageSource& source_;
@@ -129,6 +141,40 @@ class CalibrationBeacon {
   const std::string& camera_;
   Bus& bus_;
   Clock::time_point next_ = Clock::now();
+};
+
+// Sends a frame's messages at the pace of the options.
+class PacedSender {
+ public:
+  PacedSender(Bus& bus, std::string channel, int bytes_per_s)
+      : bus_(bus),
+        channel_(std::move(channel)),
+        outbox_(std::max(bytes_per_s, 1)),
+        paced_(bytes_per_s > 0) {}
+
+  void push(std::vector<Message> messages) {
+    for (Message& message : messages) {
+      if (paced_)
+        outbox_.push(channel_, std::move(message));
+      else
+        sent_ &= bus_.publish(channel_, message);
+    }
+  }
+
+  // What may leave by now does. Returns when the next may, or nothing when none is left.
+  std::optional<Clock::time_point> send_due() {
+    return outbox_.send_due(Clock::now(), [this](const std::string& channel, const Message& bytes) {
+      sent_ &= bus_.publish(channel, bytes);
+    });
+  }
+
+  bool all_were_sent() const { return sent_; }
+
+ private:
+  Bus& bus_;
+  std::string channel_;
+  Outbox outbox_;
+  bool paced_, sent_ = true;
 };
 
 // When an image is to leave.
@@ -164,6 +210,12 @@ std::string PublishOptions::problem() const {
     return "JPEG quality is " + std::to_string(jpeg_quality) + ", wanted 1 to 100";
   if (!(rate_hz <= 10000))
     return "rate is " + std::to_string(rate_hz) + ", wanted at most 10000 Hz";
+  if (max_message_bytes != 0 && max_message_bytes < kMinMessageBytes)
+    return "the largest message is " + std::to_string(max_message_bytes) + " bytes, wanted " +
+           std::to_string(kMinMessageBytes) + " or more";
+  if (bytes_per_s != 0 && bytes_per_s < kMinBytesPerS)
+    return "the pace is " + std::to_string(bytes_per_s) + " bytes a second, wanted " +
+           std::to_string(kMinBytesPerS) + " or more";
   if (publisher < 0) return "publisher is " + std::to_string(publisher) + ", wanted 1 or more";
   if (const auto problem = features.problem(); !problem.empty()) return "features." + problem;
   return "";
@@ -178,6 +230,8 @@ PublishResult publish(ImageSource& source, const PublishOptions& options, Bus& b
   FrameEncoder encoder(source, options, result.publisher);
   const std::string channel = channel_name(options.camera, encoder.kind());
   CalibrationBeacon beacon(source, options.camera, bus);
+  PacedSender sender(bus, channel,
+                     encoder.kind() == ChannelKind::kFeatures ? options.bytes_per_s : 0);
   const std::string unsent = "LCM could not send on " + channel;
 
   Timetable timetable(source, options);
@@ -198,20 +252,23 @@ PublishResult publish(ImageSource& source, const PublishOptions& options, Bus& b
     }
     const auto due = timetable.due(i, source.time_us(i));
     // The image is made before its time, so that making it does not make it late.
-    const Encoded message = encoder.encode(i);
-    result.problem = message.problem;
+    Encoded encoded = encoder.encode(i);
+    result.problem = encoded.problem;
     if (!result.problem.empty()) break;
     if (!wait_until(due, i)) return result;
     if (!result.problem.empty()) break;
-    if (!bus.publish(channel, message.bytes)) {
-      result.problem = unsent;
-      break;
-    }
+    for (const Message& message : encoded.messages)
+      result.largest_bytes = std::max(result.largest_bytes, message.size());
+    result.messages += static_cast<std::int64_t>(encoded.messages.size());
+    const auto left = Clock::now();
+    sender.push(std::move(encoded.messages));
+    while (const auto next = sender.send_due())
+      if (!wait_until(*next, i)) return result;
+    if (!sender.all_were_sent()) result.problem = unsent;
+    if (!result.problem.empty()) break;
     ++result.published;
-    result.largest_bytes = std::max(result.largest_bytes, message.bytes.size());
     if (!timetable.at_once())
-      result.late_s =
-          std::max(result.late_s, std::chrono::duration<double>(Clock::now() - due).count());
+      result.late_s = std::max(result.late_s, std::chrono::duration<double>(left - due).count());
   }
   keep_publishing(result.published);
   return result;

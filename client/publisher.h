@@ -26,7 +26,11 @@ struct PublishOptions {
   double rate_hz = -1;
   std::chrono::milliseconds start_delay{0};  // between the first calibration and the first image
   std::int64_t publisher = 0;                // 0: a random one for this start
-  FeatureOptions features;                   // kFeatures: how
+  // kFeatures: a larger frame leaves in parts of at most so many bytes, at this pace; 0: whole, at
+  // once. See Link. (An image can only leave whole.)
+  int max_message_bytes = 0;
+  int bytes_per_s = 0;
+  FeatureOptions features;  // kFeatures: how
 
   std::string problem() const;  // "" or which field is wrong and why
 };
@@ -34,6 +38,7 @@ struct PublishOptions {
 struct PublishResult {
   int published = 0;
   std::int64_t publisher = 0;
+  std::int64_t messages = 0;      // that carried them
   std::size_t largest_bytes = 0;  // of a message
   double late_s = 0;              // the longest that an image left after its time
   std::string problem;            // "" or why it stopped early

@@ -69,7 +69,8 @@ CameraMapper::Taken CameraMapper::take_calibration(const std::string& camera, By
   if (known && mapper_ && camera == camera_) {
     pending_[camera] = calibration;  // until a frame belongs to it
   } else {
-    if (known) pending_[camera] = *known;
+    const bool was_guessed = guessed_.erase(camera) > 0;
+    if (known && !was_guessed) pending_[camera] = *known;
     calibrations_[camera] = calibration;
   }
   return {};
@@ -129,7 +130,8 @@ void CameraMapper::begin_map(const std::string& camera, const Camera& calibratio
 CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes bytes,
                                               std::int64_t received_us) {
   received_us_ = received_us;
-  if (!calibration_of(channel.camera) && config_.hfov_deg > 0) guess_calibration(channel, bytes);
+  const bool to_be_guessed = !calibration_of(channel.camera) && config_.hfov_deg > 0;
+  if (to_be_guessed) guess_calibration(channel, bytes);
   const Camera* camera = calibration_of(channel.camera);
   if (!camera) return {rejected(Reason::kNoCalibration, "camera " + channel.camera), {}, ""};
   timer_.begin_frame();
@@ -150,6 +152,9 @@ CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes byte
     map(frame.value, mapped);
   else
     mapped.result = rejected(frame.reason, std::move(frame.detail));
+  // The size of a bad frame says nothing.
+  if (!frame.ok() && to_be_guessed && guessed_.erase(channel.camera) > 0)
+    calibrations_.erase(channel.camera);
   timer_.end_frame();
   record_.add(mapped.result);
   return mapped;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "bus/link.h"
 #include "convert/channel.h"
 #include "program/nearest_name.h"
 #include "server/config_fields.h"
@@ -215,8 +216,9 @@ std::string ServerConfig::problem() const {
   if (hfov_deg != 0 && !(hfov_deg >= kMinHfovDeg && hfov_deg <= kMaxHfovDeg))
     return "hfov_deg: must be 10 to 150, or 0 for no guess";
   if (max_queued_mib < 1) return "max_queued_mib: must be at least 1";
-  if (max_part_bytes < static_cast<int>(kMinPartBytes))
-    return "max_part_bytes: must be at least " + std::to_string(kMinPartBytes);
+  if (max_part_bytes != 0 && max_part_bytes < static_cast<int>(kMinPartBytes))
+    return "max_part_bytes: must be at least " + std::to_string(kMinPartBytes) +
+           ", or 0 for what suits the network";
   if (map_bytes_per_s < 1000) return "map_bytes_per_s: must be at least 1000";
   if (!(status_period_s >= 0.01 && status_period_s <= 60))
     return "status_period_s: must be 0.01 to 60";
@@ -225,6 +227,11 @@ std::string ServerConfig::problem() const {
   if (const std::string found = features.problem(); !found.empty()) return "features." + found;
   if (const std::string found = mapper.problem(); !found.empty()) return "mapper." + found;
   return "";
+}
+
+std::size_t ServerConfig::part_bytes() const {
+  return static_cast<std::size_t>(max_part_bytes > 0 ? max_part_bytes
+                                                     : link_of(lcm_url).message_bytes);
 }
 
 ParsedConfig parse_config(const std::string& json_text, const ServerConfig& base) {

@@ -128,6 +128,10 @@ int run_live(const ServerConfig& config, const std::filesystem::path& output,
   server.stop();
   spdlog::info("stopped");
   if (output.empty()) return healthy ? 0 : kFailed;
+  if (!server.has_results()) {
+    spdlog::warn("no calibrated frame has arrived: nothing is written to {}", output.string());
+    return healthy ? 0 : kFailed;
+  }
   const std::string problem = server.write_results(output);
   if (!problem.empty()) spdlog::error(problem);
   return healthy && problem.empty() ? 0 : kFailed;

@@ -12,7 +12,7 @@ using std::chrono::milliseconds;
 
 // liblcm's own queue, per subscription. When it is full, liblcm drops what comes.
 constexpr int kQueuedNewest = 30;
-constexpr int kQueuedLossless = 2000;
+constexpr int kQueuedLossless = 2000;  // and of parts, of which a frame may have a hundred
 
 // Changes of the reason alone are told at most this often: some alternate from frame to frame.
 constexpr milliseconds kReasonPeriod(200);
@@ -28,12 +28,15 @@ MappingServer::MappingServer(const ServerConfig& config, Bus& bus, OnChange on_c
       on_change_(std::move(on_change)),
       server_epoch_(now_us()),
       inbox_(config.input, static_cast<std::size_t>(std::max(config.max_queued_mib, 1)) << 20),
+      parts_([this](const std::string& camera, Bytes frame) {
+        inbox_.put({camera, ChannelKind::kFeatures}, frame);
+      }),
       mapper_(config),
       outbox_(config.map_bytes_per_s),
       board_(server_epoch_),
       next_status_(Clock::now()),
       next_reason_(Clock::now()) {
-  if (!config.camera.empty()) inbox_.select_camera(config.camera);
+  if (!config.camera.empty()) select_camera(config.camera);
   subscribe(config);
   thread_ = std::thread(&MappingServer::run, this);
 }
@@ -47,7 +50,8 @@ void MappingServer::subscribe(const ServerConfig& config) {
   const int max_queued = config.input == InputMode::kLossless ? kQueuedLossless : kQueuedNewest;
   for (const ChannelKind kind :
        {ChannelKind::kCalibration, ChannelKind::kImage, ChannelKind::kFeatures})
-    bus_.subscribe(channel_pattern(config.camera, kind), max_queued,
+    bus_.subscribe(channel_pattern(config.camera, kind),
+                   kind == ChannelKind::kFeatures ? kQueuedLossless : max_queued,
                    [this](const std::string& channel, Bytes bytes) { receive(channel, bytes); });
   if (config.image_channel.empty()) return;
   bus_.subscribe(literal_pattern(config.image_channel), max_queued,
@@ -63,10 +67,10 @@ void MappingServer::receive(const std::string& channel, Bytes bytes) {
     ++bad_channels_;
     return;
   }
-  if (parsed->kind != ChannelKind::kFeatures || !is_part_of_features(bytes))
-    return inbox_.put(*parsed, bytes);
-  for (const std::vector<std::uint8_t>& frame : parts_.add(parsed->camera, bytes))
-    inbox_.put(*parsed, frame);
+  if (parsed->kind == ChannelKind::kFeatures)
+    parts_.take(parsed->camera, bytes, Clock::now());
+  else
+    inbox_.put(*parsed, bytes);
 }
 
 void MappingServer::run() {
@@ -96,7 +100,11 @@ void MappingServer::guarded(Action action) {
 
 void MappingServer::take_turn() {
   if (Clock::now() >= next_status_) publish_status(true);
-  const Clock::time_point deadline = std::min(next_status_, send_parts().value_or(next_status_));
+  Clock::time_point deadline = std::min(next_status_, send_parts().value_or(next_status_));
+  if (parts_.has_work()) {
+    parts_.give_up_silent(Clock::now());
+    deadline = std::min(deadline, Clock::now() + PartCollector::kSilence / 2);
+  }
   const std::optional<Received> message = inbox_.take(deadline);
   if (!message) return;
   if (message->channel.kind == ChannelKind::kCalibration)
@@ -125,6 +133,11 @@ void MappingServer::take_frame(const Received& message) {
   if (mapped.update) publish_map(*mapped.update, mapped.result.time_us);
 }
 
+void MappingServer::select_camera(const std::string& camera) {
+  inbox_.select_camera(camera);
+  parts_.select_camera(camera);
+}
+
 CameraMapper::Mapped MappingServer::map_frame(const Received& message) {
   mapper_.note_dropped(message.dropped_before);
   const bool was_open = mapper_.camera().empty();
@@ -135,7 +148,7 @@ CameraMapper::Mapped MappingServer::map_frame(const Received& message) {
     board_.note_reason(Reason::kCalibrationChanged, mapped.new_calibration);
     tell_changes();  // before the frame has its own word
   }
-  if (was_open && !mapper_.camera().empty()) inbox_.select_camera(mapper_.camera());
+  if (was_open && !mapper_.camera().empty()) select_camera(mapper_.camera());
   if (!mapped.result.rejected) {
     const PublishedPose pose{{server_epoch_, mapper_.camera()}, mapped.result};
     send(channel_name(mapper_.camera(), ChannelKind::kPose), encode(to_message(pose)));
@@ -147,8 +160,8 @@ void MappingServer::publish_map(const MapUpdate& update, std::int64_t time_us) {
   if (std::exchange(published_map_, update.map_id) != update.map_id)
     board_.note_parts_dropped(outbox_.drop_all());  // of the map before, which is no more
   const std::string channel = channel_name(mapper_.camera(), ChannelKind::kMap);
-  for (const MapPart& part : split_update(update, {server_epoch_, mapper_.camera()}, time_us,
-                                          static_cast<std::size_t>(config_.max_part_bytes)))
+  for (const MapPart& part :
+       split_update(update, {server_epoch_, mapper_.camera()}, time_us, config_.part_bytes()))
     outbox_.push(channel, encode(to_message(part)));
   parts_wait_ = true;
 }

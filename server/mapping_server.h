@@ -12,10 +12,10 @@
 #include <thread>
 
 #include "bus/bus.h"
+#include "bus/outbox.h"
 #include "server/camera_mapper.h"
 #include "server/config.h"
 #include "server/inbox.h"
-#include "server/outbox.h"
 #include "server/part_collector.h"
 #include "server/status_board.h"
 
@@ -42,7 +42,8 @@ class MappingServer {
   // mapping thread. Messages that still wait are not mapped.
   void stop();
 
-  // After stop(). Returns "" or what went wrong.
+  // After stop(): whether there are any results. And them written; returns "" or what went wrong.
+  bool has_results() const { return !mapper_.camera().empty(); }
   std::string write_results(const std::filesystem::path& folder) const;
 
  private:
@@ -58,6 +59,7 @@ class MappingServer {
   void take_turn();
   void take_calibration(const Received& message);
   void take_frame(const Received& message);
+  void select_camera(const std::string& camera);
   CameraMapper::Mapped map_frame(const Received& message);
   void publish_map(const MapUpdate& update, std::int64_t time_us);
   void tell_changes();
@@ -69,8 +71,8 @@ class MappingServer {
   Bus& bus_;
   const OnChange on_change_;
   const std::int64_t server_epoch_;
-  PartCollector parts_;
   Inbox inbox_;
+  PartCollector parts_;
   CameraMapper mapper_;
   Outbox outbox_;
   StatusBoard board_;

@@ -1,32 +1,85 @@
 #include "server/part_collector.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace eifmap {
 
-std::vector<std::vector<std::uint8_t>> PartCollector::add(const std::string& camera,
-                                                          Bytes message) {
-  Decoded<FeaturePart> part = decode_feature_part(message);
-  if (!part.ok()) return {{message.begin(), message.end()}};
-  const std::lock_guard lock(mutex_);
-  if (!assemblers_.contains(camera) && assemblers_.size() >= kMaxCameras) return {};
-  std::vector<std::vector<std::uint8_t>> frames;
-  for (const FeatureFrame& frame : assemblers_[camera].add(std::move(part.value)))
-    frames.push_back(encode(to_message(frame)));
-  return frames;
+void PartCollector::take(const std::string& name, Bytes message, Clock::time_point now) {
+  const std::lock_guard lock(work_mutex_);
+  if (is_foreign(name)) return deliver_(name, message);
+  const auto known = cameras_.find(name);
+  Decoded<FeaturePart> part;
+  if (is_part_of_features(message)) part = decode_feature_part(message);
+  if (!is_part_of_features(message) || !part.ok()) {
+    if (known != cameras_.end() && !is_part_of_features(message)) finish(name, known->second);
+    return deliver_(name, message);
+  }
+  if (known == cameras_.end()) make_room();
+  Camera& camera = cameras_[name];
+  camera.last_part = now;
+  has_work_ = true;
+  const FeatureAssembler::Counts before = camera.assembler.counts();
+  const std::vector<FeatureFrame> frames = camera.assembler.add(std::move(part.value));
+  note(before, camera.assembler.counts());
+  deliver(name, frames);
+}
+
+void PartCollector::give_up_silent(Clock::time_point now) {
+  const std::unique_lock lock(work_mutex_, std::try_to_lock);
+  if (!lock) return;
+  has_work_ = false;
+  for (auto& [name, camera] : cameras_) {
+    if (now - camera.last_part >= kSilence)
+      finish(name, camera);
+    else
+      has_work_ = true;
+  }
+}
+
+void PartCollector::select_camera(const std::string& camera) {
+  const std::lock_guard lock(state_mutex_);
+  selected_ = camera;
 }
 
 FeatureAssembler::Counts PartCollector::counts() const {
-  const std::lock_guard lock(mutex_);
-  FeatureAssembler::Counts sum;
-  for (const auto& [camera, assembler] : assemblers_) {
-    const FeatureAssembler::Counts& counts = assembler.counts();
-    sum.whole += counts.whole;
-    sum.incomplete += counts.incomplete;
-    sum.missing_parts += counts.missing_parts;
-    sum.late_parts += counts.late_parts;
-  }
-  return sum;
+  const std::lock_guard lock(state_mutex_);
+  return counts_;
+}
+
+bool PartCollector::is_foreign(const std::string& camera) const {
+  const std::lock_guard lock(state_mutex_);
+  return !selected_.empty() && camera != selected_;
+}
+
+void PartCollector::deliver(const std::string& camera, const std::vector<FeatureFrame>& frames) {
+  for (const FeatureFrame& frame : frames) deliver_(camera, encode(to_message(frame)));
+}
+
+void PartCollector::finish(const std::string& name, Camera& camera) {
+  const FeatureAssembler::Counts before = camera.assembler.counts();
+  const std::optional<FeatureFrame> frame = camera.assembler.give_up();
+  note(before, camera.assembler.counts());
+  if (frame) deliver(name, {*frame});
+}
+
+void PartCollector::note(const FeatureAssembler::Counts& before,
+                         const FeatureAssembler::Counts& after) {
+  const std::lock_guard lock(state_mutex_);
+  counts_.whole += after.whole - before.whole;
+  counts_.incomplete += after.incomplete - before.incomplete;
+  counts_.missing_parts += after.missing_parts - before.missing_parts;
+  counts_.late_parts += after.late_parts - before.late_parts;
+}
+
+// The one that has been silent the longest goes.
+void PartCollector::make_room() {
+  if (cameras_.size() < kMaxCameras) return;
+  const auto oldest = std::min_element(
+      cameras_.begin(), cameras_.end(),
+      [](const auto& a, const auto& b) { return a.second.last_part < b.second.last_part; });
+  finish(oldest->first, oldest->second);
+  cameras_.erase(oldest);
 }
 
 }  // namespace eifmap

@@ -1,11 +1,12 @@
-// Feature frames that came in parts, of any camera, made whole in the receiving thread before they
-// wait for the mapper.
+// Feature frames that come in parts, of any camera, made whole on their way to the inbox.
 #pragma once
 
+#include <atomic>
+#include <chrono>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
-#include <vector>
 
 #include "convert/feature_parts.h"
 
@@ -13,19 +14,54 @@ namespace eifmap {
 
 class PartCollector {
  public:
-  // Frames, encoded, that the part finished. A message that is no good part comes back as it is, so
-  // that it is refused and counted where all are.
-  std::vector<std::vector<std::uint8_t>> add(const std::string& camera, Bytes message);
+  using Clock = std::chrono::steady_clock;
+  // Takes a feature frame as a message; called by one thread at a time, a camera's frames in the
+  // order of their capture. May wait.
+  using Deliver = std::function<void(const std::string& camera, Bytes frame)>;
 
-  // Of all cameras.
+  explicit PartCollector(Deliver deliver) : deliver_(std::move(deliver)) {}
+
+  // A message of a camera's feature channel. Whole frames are delivered at once, after what the
+  // camera has in work. So is a message that is no good part: it is refused and counted where all
+  // are.
+  void take(const std::string& camera, Bytes message, Clock::time_point now);
+
+  // Delivers, without what is missing, frames of which nothing has come for kSilence. Not while
+  // another thread is in take(): then there is no silence. For any thread.
+  void give_up_silent(Clock::time_point now);
+
+  // From now on only parts of this camera are put together; those of others are delivered as they
+  // are. For any thread.
+  void select_camera(const std::string& camera);
+
+  bool has_work() const { return has_work_; }
+  // Of all frames that came in parts. For any thread; never waits for a delivery.
   FeatureAssembler::Counts counts() const;
 
- private:
-  // Of more cameras at a time parts are not kept: who makes up names must not fill the memory.
-  static constexpr std::size_t kMaxCameras = 64;
+  // Far above the time between two parts of one frame, on any link that is of use.
+  static constexpr auto kSilence = std::chrono::milliseconds(200);
+  // Put together at a time, before one is selected: who makes up names must not fill the memory.
+  static constexpr std::size_t kMaxCameras = 16;
 
-  mutable std::mutex mutex_;
-  std::map<std::string, FeatureAssembler> assemblers_;
+ private:
+  struct Camera {
+    FeatureAssembler assembler;
+    Clock::time_point last_part;
+  };
+
+  void deliver(const std::string& camera, const std::vector<FeatureFrame>& frames);
+  void finish(const std::string& name, Camera& camera);
+  void note(const FeatureAssembler::Counts& before, const FeatureAssembler::Counts& after);
+  void make_room();
+  bool is_foreign(const std::string& camera) const;
+
+  const Deliver deliver_;
+  std::mutex work_mutex_;  // held during deliveries
+  std::map<std::string, Camera> cameras_;
+  std::atomic<bool> has_work_ = false;
+  mutable std::mutex state_mutex_;  // held for moments
+  FeatureAssembler::Counts counts_;
+  std::string selected_;
 };
 
 }  // namespace eifmap

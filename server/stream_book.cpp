@@ -2,12 +2,18 @@
 
 #include <algorithm>
 
+#include "convert/limits.h"
+
 namespace eifmap {
 
-void StreamBook::begin(std::int64_t publisher) {
+void StreamBook::begin_numbers() {
   if (!counts_.empty()) ++restarts_;
-  highest_ = -1;
+  first_ = highest_ = -1;
   seen_.reset();
+}
+
+void StreamBook::begin(std::int64_t publisher) {
+  begin_numbers();
   const auto known = std::find_if(counts_.begin(), counts_.end(), [publisher](const auto& counts) {
     return counts.publisher == publisher;
   });
@@ -17,14 +23,21 @@ void StreamBook::begin(std::int64_t publisher) {
   }
   counts_.insert(counts_.begin(), StreamCounts{.publisher = publisher});
   if (counts_.size() <= kMaxStreams) return;
-  forgotten_missing_ += counts_.back().missing;
+  forgotten_missing_ = std::min(kMaxSeq, forgotten_missing_ + counts_.back().missing);
   counts_.pop_back();
 }
 
-void StreamBook::count(std::int64_t seq, std::int64_t dropped_before, StreamCounts& counts) {
+void StreamBook::count(const FrameArrival& arrival, std::int64_t dropped_before,
+                       StreamCounts& counts) {
+  const std::int64_t seq = arrival.seq;
+  // A lower number of a newer image: the same publisher, that counts anew.
+  if (seq < highest_ && arrival.time_us > highest_time_us_) begin_numbers();
   if (highest_ < 0 || seq > highest_) {
+    if (highest_ < 0) first_ = seq;
+    highest_time_us_ = arrival.time_us;
     const std::int64_t step = highest_ < 0 ? 1 : seq - highest_;
-    counts.missing += std::max<std::int64_t>(0, step - 1 - dropped_before);
+    counts.missing =
+        std::min(kMaxSeq, counts.missing + std::max<std::int64_t>(0, step - 1 - dropped_before));
     seen_ = step < static_cast<std::int64_t>(kWindow) ? seen_ << static_cast<std::size_t>(step)
                                                       : std::bitset<kWindow>();
     seen_.set(0);
@@ -35,7 +48,8 @@ void StreamBook::count(std::int64_t seq, std::int64_t dropped_before, StreamCoun
   if (back < static_cast<std::int64_t>(kWindow) && !seen_[static_cast<std::size_t>(back)]) {
     seen_.set(static_cast<std::size_t>(back));
     ++counts.reordered;
-    counts.missing = std::max<std::int64_t>(0, counts.missing - 1);
+    // What came before the first was never counted as missing.
+    if (seq > first_) counts.missing = std::max<std::int64_t>(0, counts.missing - 1);
     return;
   }
   // So far back that nobody knows: nothing is that late, but a publisher may send again.
@@ -50,7 +64,7 @@ void StreamBook::note(const FrameArrival& arrival, std::int64_t dropped_before) 
     const std::int64_t offset = arrival.received_us - arrival.time_us;
     counts.clock_offset_us = std::min(counts.clock_offset_us.value_or(offset), offset);
   }
-  if (arrival.seq >= 0) count(arrival.seq, dropped_before, counts);
+  if (arrival.seq >= 0) count(arrival, dropped_before, counts);
 }
 
 std::int64_t StreamBook::missing() const {

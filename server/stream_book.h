@@ -23,7 +23,7 @@ struct StreamCounts {
   std::int64_t reordered = 0;   // came after a higher number
   std::int64_t duplicates = 0;  // of a number that had come already
   // Least time from capture to reception: the offset of the clocks and the shortest way.
-  std::optional<std::int64_t> clock_offset_us;
+  std::optional<std::int64_t> clock_offset_us = {};
 };
 
 class StreamBook {
@@ -34,7 +34,7 @@ class StreamBook {
   // The last publisher first; of a few before.
   const std::vector<StreamCounts>& streams() const { return counts_; }
   std::int64_t missing() const;                        // of all, those forgotten included
-  std::int64_t restarts() const { return restarts_; }  // changes of the publisher
+  std::int64_t restarts() const { return restarts_; }  // of a publisher, or another one
 
  private:
   // Numbers back from the highest that may still come late.
@@ -42,11 +42,13 @@ class StreamBook {
   static constexpr std::size_t kMaxStreams = 8;
 
   void begin(std::int64_t publisher);
-  void count(std::int64_t seq, std::int64_t dropped_before, StreamCounts& counts);
+  void begin_numbers();
+  void count(const FrameArrival& arrival, std::int64_t dropped_before, StreamCounts& counts);
 
   std::vector<StreamCounts> counts_;
-  std::int64_t highest_ = -1;  // of the last publisher
-  std::bitset<kWindow> seen_;  // bit i: highest_ - i has come
+  std::int64_t first_ = -1, highest_ = -1;  // of the last publisher, since it began
+  std::int64_t highest_time_us_ = 0;        // of that frame
+  std::bitset<kWindow> seen_;               // bit i: highest_ - i has come
   std::int64_t forgotten_missing_ = 0, restarts_ = 0;
 };
 

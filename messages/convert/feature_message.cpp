@@ -26,8 +26,14 @@ void scan(LayoutScanner& in) {
 std::string shape_problem(const feature_frame_t& message) {
   if (!valid_camera_name(message.camera)) return "the camera's name is not 1 to 24 of A-Za-z0-9_-";
   if (!valid_time(message.utime)) return "utime is " + std::to_string(message.utime);
-  if (message.num_parts < 1 || message.part < 0 || message.part >= message.num_parts)
+  if (!valid_seq(message.seq)) return "seq is " + std::to_string(message.seq);
+  if (message.num_parts < 1 || message.num_parts > kMaxFeatureParts || message.part < 0 ||
+      message.part >= message.num_parts)
     return "part is " + std::to_string(message.part) + " of " + std::to_string(message.num_parts);
+  // They were dealt out one by one, so that all parts together are a frame, too.
+  const int parts = message.num_parts;
+  if (message.n > (static_cast<int>(kMaxFeatures) + parts - 1) / parts)
+    return std::to_string(message.n) + " features in one of " + std::to_string(parts) + " parts";
   if (!valid_image_side(message.width) || !valid_image_side(message.height))
     return "width x height is " + std::to_string(message.width) + " x " +
            std::to_string(message.height);

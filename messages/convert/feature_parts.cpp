@@ -57,8 +57,7 @@ std::vector<feature_frame_t> split_features(const FeatureFrame& frame, std::size
 bool FeatureAssembler::belongs(const FeaturePart& part) const {
   const FeatureFrame& header = in_work_->header;
   return header.publisher == part.frame.publisher && header.seq == part.frame.seq &&
-         header.time_us == part.frame.time_us &&
-         in_work_->parts.size() == static_cast<std::size_t>(part.num_parts);
+         header.time_us == part.frame.time_us && in_work_->num_parts == part.num_parts;
 }
 
 bool FeatureAssembler::is_late(const FeaturePart& part) const {
@@ -66,7 +65,7 @@ bool FeatureAssembler::is_late(const FeaturePart& part) const {
   const auto behind = [&frame](std::int64_t publisher, std::int64_t seq, std::int64_t time_us) {
     if (publisher != frame.publisher) return false;
     if (seq < 0 || frame.seq < 0) return frame.time_us == time_us;
-    return frame.seq <= seq && frame.seq > seq - kLateWindow;
+    return frame.seq <= seq && frame.seq > seq - kLateWindow && frame.time_us <= time_us;
   };
   if (in_work_) {
     const FeatureFrame& header = in_work_->header;
@@ -76,17 +75,15 @@ bool FeatureAssembler::is_late(const FeaturePart& part) const {
 }
 
 void FeatureAssembler::begin(const FeaturePart& part) {
-  const auto n = static_cast<std::size_t>(part.num_parts);
-  in_work_.emplace(
-      InWork{without_features(part.frame), std::vector<std::optional<FeatureFrame>>(n), n});
+  in_work_.emplace(InWork{without_features(part.frame), part.num_parts, {}});
 }
 
 std::optional<FeatureFrame> FeatureAssembler::give_up() {
   if (!in_work_) return {};
   InWork done = std::move(*in_work_);
   in_work_.reset();
-  ++(done.missing == 0 ? counts_.whole : counts_.incomplete);
-  counts_.missing_parts += static_cast<std::int64_t>(done.missing);
+  ++(done.missing() == 0 ? counts_.whole : counts_.incomplete);
+  counts_.missing_parts += done.missing();
   last_publisher_ = done.header.publisher;
   last_seq_ = done.header.seq;
   last_time_us_ = done.header.time_us;
@@ -94,9 +91,9 @@ std::optional<FeatureFrame> FeatureAssembler::give_up() {
   // Row by row as they were dealt out; a lost part leaves the others' order as it was.
   for (std::size_t row = 0;; ++row) {
     bool any = false;
-    for (const std::optional<FeatureFrame>& part : done.parts) {
-      if (!part || row >= part->keypoints.size()) continue;
-      append_feature(*part, row, frame);
+    for (const auto& [number, part] : done.parts) {
+      if (row >= part.keypoints.size()) continue;
+      append_feature(part, row, frame);
       any = true;
     }
     if (!any) return frame;
@@ -111,13 +108,11 @@ std::vector<FeatureFrame> FeatureAssembler::add(FeaturePart part) {
   }
   if (in_work_ && !belongs(part)) finished.push_back(*give_up());
   if (!in_work_) begin(part);
-  std::optional<FeatureFrame>& place = in_work_->parts[static_cast<std::size_t>(part.part)];
-  if (place) {
+  if (!in_work_->parts.try_emplace(part.part, std::move(part.frame)).second) {
     ++counts_.late_parts;
     return finished;
   }
-  place = std::move(part.frame);
-  if (--in_work_->missing == 0) finished.push_back(*give_up());
+  if (in_work_->missing() == 0) finished.push_back(*give_up());
   return finished;
 }
 

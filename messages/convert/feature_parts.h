@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -36,8 +37,9 @@ class FeatureAssembler {
  private:
   struct InWork {
     FeatureFrame header;  // without features
-    std::vector<std::optional<FeatureFrame>> parts;
-    std::size_t missing = 0;
+    int num_parts = 0;
+    std::map<int, FeatureFrame> parts;  // that came
+    std::int64_t missing() const { return num_parts - static_cast<std::int64_t>(parts.size()); }
   };
 
   bool is_late(const FeaturePart& part) const;

@@ -12,6 +12,7 @@ namespace eifmap {
 inline constexpr std::size_t kMaxMessageBytes = 64u << 20;
 inline constexpr int kMaxImageSide = 16384;                     // px
 inline constexpr std::size_t kMaxFeatures = 20000;              // of an image
+inline constexpr int kMaxFeatureParts = 5000;                   // of a frame; 512 bytes each
 inline constexpr std::size_t kMaxDistortion = 5;                // coefficients
 inline constexpr std::size_t kMaxText = 4096;                   // characters
 inline constexpr std::size_t kMaxEntries = 1u << 20;            // of any other array
@@ -20,6 +21,13 @@ inline constexpr std::int64_t kMaxTimeUs = 253402300800000000;  // the year 1000
 
 inline bool valid_time(std::int64_t time_us) {
   return time_us >= 0 && time_us < kMaxTimeUs;
+}
+
+// Numbers of frames; -1 none. Sums of thousands of them do not overflow.
+inline constexpr std::int64_t kMaxSeq = std::int64_t{1} << 53;
+
+inline bool valid_seq(std::int64_t seq) {
+  return seq >= -1 && seq <= kMaxSeq;
 }
 
 inline bool valid_image_side(std::int32_t side) {

@@ -9,8 +9,6 @@
 
 namespace eifmap {
 
-// Stock receive buffers lose what is much larger.
-inline constexpr std::size_t kDefaultMaxPartBytes = 32 * 1024;
 inline constexpr std::size_t kMinPartBytes = 512;
 
 struct MapPart {
@@ -23,8 +21,7 @@ struct MapPart {
 // The parts of an update, each of an encoded size of at most max_part_bytes; one part when there is
 // nothing in it. Throws std::invalid_argument when max_part_bytes < kMinPartBytes.
 std::vector<MapPart> split_update(const MapUpdate& update, const Origin& origin,
-                                  std::int64_t time_us,
-                                  std::size_t max_part_bytes = kDefaultMaxPartBytes);
+                                  std::int64_t time_us, std::size_t max_part_bytes);
 
 map_part_t to_message(const MapPart& part);
 

@@ -4,9 +4,11 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "bus/outbox.h"
 #include "client/memory_bus.h"
 #include "convert/camera_message.h"
 #include "convert/feature_message.h"
+#include "convert/feature_parts.h"
 #include "convert/image_message.h"
 #include "features/front_end.h"
 #include "sequence/temporary_folder.h"
@@ -251,6 +253,44 @@ TEST_F(PublisherTest, TheCapKeepsTheStrongestFeatures) {
     ASSERT_TRUE(frame.ok()) << frame.detail;
     EXPECT_EQ(frame.value.keypoints.size(), 7u);
   }
+}
+
+// For a link of small datagrams: parts that fit, and together are the frame, at the pace asked for.
+TEST_F(PublisherTest, LargeFramesLeaveInPacedParts) {
+  Recorder whole, in_parts;
+  const auto images = source();
+  auto wanted = options(PublishAs::kFeatures);
+  wanted.publisher = 5;
+  publish(*images, wanted, whole.sender(), always);
+  wanted.max_message_bytes = 1400;
+  const auto once = publish(*images, wanted, in_parts.sender(), always);
+  EXPECT_EQ(once.published, 3);
+  EXPECT_LE(once.largest_bytes, 1400u);
+  ASSERT_EQ(in_parts.messages().size(), static_cast<std::size_t>(once.messages) + 1);
+  EXPECT_GT(once.messages, 6);
+  FeatureAssembler assembler;
+  std::vector<FeatureFrame> frames;
+  std::size_t bytes = 0;
+  for (std::size_t i = 1; i < in_parts.messages().size(); ++i) {
+    bytes += in_parts.messages()[i].bytes.size();
+    auto part = decode_feature_part(in_parts.messages()[i].bytes);
+    ASSERT_TRUE(part.ok()) << part.detail;
+    for (FeatureFrame& frame : assembler.add(std::move(part.value)))
+      frames.push_back(std::move(frame));
+  }
+  ASSERT_EQ(frames.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_EQ(encode(to_message(frames[i])), whole.messages().at(i + 1).bytes);
+
+  // So many passes that there are two bursts more than the one that is free, half a second each.
+  const int passes = static_cast<int>(3 * Outbox::kBurstBytes / bytes) + 1;
+  wanted.bytes_per_s = 2 * Outbox::kBurstBytes;
+  Recorder paced;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto many = publish(*looped(source()), wanted, paced.sender(),
+                            [passes](int i) { return i < 3 * passes; });
+  EXPECT_EQ(many.messages, passes * once.messages);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(950));
 }
 
 TEST(PublishOptions, SaysWhichIsWrong) {

@@ -48,11 +48,32 @@ TEST(FeatureParts, AreNoWholeFrames) {
 
 TEST(FeatureParts, NumbersThatCannotBeAreRefused) {
   feature_frame_t part = parts_of_frame(0)[0];
-  for (const auto& [number, of] : {std::pair{-1, 5}, {5, 5}, {0, 0}, {0, -3}}) {
+  for (const auto& [number, of] : {std::pair{-1, 5}, {5, 5}, {0, 0}, {0, -3}, {7, 30000}}) {
     part.part = static_cast<std::int16_t>(number);
     part.num_parts = static_cast<std::int16_t>(of);
     EXPECT_EQ(decode_feature_part(encode(part)).reason, Reason::kMalformedMessage);
   }
+}
+
+// A frame in parts is no larger than a whole one may be.
+TEST(FeatureParts, TooManyFeaturesForOneOfManyPartsAreRefused) {
+  feature_frame_t part = to_message(samples::features(300));
+  part.num_parts = 80;
+  EXPECT_EQ(decode_feature_part(encode(part)).reason, Reason::kMalformedMessage);
+  part.num_parts = 60;
+  EXPECT_TRUE(decode_feature_part(encode(part)).ok());
+}
+
+TEST(FeatureParts, ASecondRunUnderTheSameIdIsNotLate) {
+  FeatureAssembler assembler;
+  std::vector<FeatureFrame> whole;
+  for (const std::int64_t hours : {0, 1})
+    for (std::int64_t seq = 0; seq < 30; ++seq)
+      for (feature_frame_t& part : parts_of_frame(seq)) {
+        part.utime += 3'600'000'000 * hours;
+        for (FeatureFrame& frame : assembler.add(decoded(part))) whole.push_back(std::move(frame));
+      }
+  EXPECT_EQ(whole.size(), 60u);
 }
 
 TEST(FeatureParts, OrderAndRepetitionDoNotMatterWithinAFrame) {
@@ -81,7 +102,9 @@ TEST(FeatureParts, ALostPartCostsItsFeaturesAlone) {
   FeatureAssembler assembler;
   const std::vector<feature_frame_t> first = parts_of_frame(0), second = parts_of_frame(1);
   for (std::size_t p = 0; p < first.size(); ++p)
-    if (p != 2) EXPECT_TRUE(assembler.add(decoded(first[p])).empty());
+    if (p != 2) {
+      EXPECT_TRUE(assembler.add(decoded(first[p])).empty());
+    }
   const std::vector<FeatureFrame> given_up = assembler.add(decoded(second[0]));
   ASSERT_EQ(given_up.size(), 1u);
   EXPECT_EQ(given_up[0].seq, 0);

@@ -67,7 +67,7 @@ struct Sample {
 };
 
 std::vector<Sample> all_samples() {
-  const MapPart part = split_update(samples::map_update(2, 5, -1), {42, "cam0"}, 7).at(0);
+  const MapPart part = split_update(samples::map_update(2, 5, -1), {42, "cam0"}, 7, 32768).at(0);
   return {{"camera", encode(to_message(samples::camera())), decoder(&decode_camera)},
           {"features", encode(to_message(samples::features(4))), decoder(&decode_features)},
           {"image", encode(to_message(samples::image())), decoder(&decode_image)},

@@ -44,7 +44,7 @@ void expect_same(const PublishedMap& a, const PublishedMap& b) {
 
 TEST(SplitUpdate, PartsFitAndHoldEverythingOnce) {
   const MapUpdate update = samples::map_update(40, 3000, -1);
-  for (const std::size_t max : {kMinPartBytes, std::size_t{4096}, kDefaultMaxPartBytes}) {
+  for (const std::size_t max : {kMinPartBytes, std::size_t{4096}, std::size_t{32 * 1024}}) {
     const std::vector<MapPart> parts = split_update(update, kOrigin, 0, max);
     MapUpdate sum;
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -63,7 +63,7 @@ TEST(SplitUpdate, PartsFitAndHoldEverythingOnce) {
       EXPECT_EQ(sum.landmarks[i].id, update.landmarks[i].id);
   }
   EXPECT_THROW(split_update(update, kOrigin, 0, kMinPartBytes - 1), std::invalid_argument);
-  EXPECT_EQ(split_update(MapUpdate{}, kOrigin, 0).size(), 1u);
+  EXPECT_EQ(split_update(MapUpdate{}, kOrigin, 0, 32768).size(), 1u);
 }
 
 TEST(MapAssembler, AnyOrderAndDuplicatesGiveTheSameMap) {
@@ -84,7 +84,7 @@ TEST(MapAssembler, AnyOrderAndDuplicatesGiveTheSameMap) {
 TEST(MapAssembler, SaysWhatBecameOfAPart) {
   using Outcome = MapAssembler::Outcome;
   const auto whole = [](std::int64_t base) {
-    return split_update(samples::map_update(1, 1, base, 10 * (base + 1)), kOrigin, 0).at(0);
+    return split_update(samples::map_update(1, 1, base, 10 * (base + 1)), kOrigin, 0, 32768).at(0);
   };
   MapAssembler assembler;
   EXPECT_EQ(assembler.add(whole(0)), Outcome::kWaiting) << "its base has not arrived";
@@ -121,7 +121,7 @@ TEST(MapAssembler, ANewMapReplacesTheOldOne) {
   const auto whole = [](std::int64_t epoch, std::int64_t map_id, std::int64_t first_id) {
     MapUpdate update = samples::map_update(1, 1, -1, first_id);
     update.map_id = map_id;
-    return split_update(update, {epoch, "cam0"}, 0).at(0);
+    return split_update(update, {epoch, "cam0"}, 0, 32768).at(0);
   };
   assembler.add(whole(1, 1, 0));
   assembler.add(whole(1, 2, 50));

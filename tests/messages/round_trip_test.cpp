@@ -103,7 +103,7 @@ TEST(RoundTrip, Status) {
 
 TEST(RoundTrip, MapPart) {
   const MapUpdate update = samples::map_update(3, 40, 6);
-  const std::vector<MapPart> parts = split_update(update, {42, "cam0"}, 77);
+  const std::vector<MapPart> parts = split_update(update, {42, "cam0"}, 77, 32768);
   ASSERT_EQ(parts.size(), 1u);
   const Decoded<MapPart> decoded = decode_map_part(encode(to_message(parts[0])));
   ASSERT_TRUE(decoded.ok()) << decoded.detail;

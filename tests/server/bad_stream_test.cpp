@@ -1,6 +1,7 @@
 // Every kind of bad input among the frames of a good stream: refused with its reason, and what is
 // mapped is what the good frames alone give, byte for byte.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -149,8 +150,8 @@ class BadStream : public testing::TestWithParam<BadInput> {
 
   // Trajectories, keyframes and points; the report has times in it.
   static std::string results_of(const CameraMapper& mapper, const std::string& name) {
-    const std::filesystem::path folder =
-        std::filesystem::path(testing::TempDir()) / ("bad_stream_" + name);
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) /
+                                         ("bad_stream_" + name + "_" + std::to_string(getpid()));
     EXPECT_EQ(mapper.write_results(folder), "");
     std::string all;
     for (const char* file :

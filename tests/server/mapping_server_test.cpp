@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "bus/lcm_bus.h"
+#include "bus/link.h"
 #include "convert/camera_message.h"
 #include "convert/feature_message.h"
 #include "convert/map_assembler.h"
@@ -32,7 +33,7 @@ class Network {
       ++pose_count;
     });
     listen(ChannelKind::kMap, [this](Bytes bytes) {
-      EXPECT_LE(bytes.size(), kDefaultMaxPartBytes);
+      EXPECT_LE(bytes.size(), static_cast<std::size_t>(kThisHost.message_bytes));
       const Decoded<MapPart> part = decode_map_part(bytes);
       EXPECT_TRUE(part.ok()) << part.detail;
       map.add(part.value);

@@ -7,6 +7,8 @@
 #include <set>
 #include <vector>
 
+#include "convert/limits.h"
+
 namespace eifmap {
 namespace {
 
@@ -74,6 +76,37 @@ TEST(StreamBook, ALeapOfTheNumbersIsTakenAtItsWord) {
   EXPECT_EQ(book.missing(), 999'999'999'999);
   take(book, {5});
   EXPECT_EQ(book.streams().front().duplicates, 1);
+}
+
+TEST(StreamBook, AnOldNumberOfANewImageIsARestart) {
+  StreamBook book;
+  const auto arrive = [&book](std::int64_t seq, std::int64_t time_us) {
+    book.note({.publisher = 7, .seq = seq, .time_us = time_us}, 0);
+  };
+  arrive(0, 100), arrive(1, 200), arrive(2, 300);
+  arrive(0, 1000), arrive(2, 1200);
+  EXPECT_EQ(book.restarts(), 1);
+  EXPECT_EQ(book.missing(), 1);
+  EXPECT_EQ(book.streams().front().duplicates, 0);
+  arrive(1, 1100);
+  EXPECT_EQ(book.restarts(), 1) << "that one was late";
+  EXPECT_EQ(book.missing(), 0);
+}
+
+TEST(StreamBook, WhatCameBeforeTheFirstWasNotMissing) {
+  StreamBook book;
+  take(book, {2, 3, 5, 1});
+  EXPECT_EQ(book.missing(), 1) << "4 is lost";
+}
+
+TEST(StreamBook, WildNumbersDoNotOverflow) {
+  StreamBook book;
+  for (int i = 0; i < 5000; ++i) {
+    const std::int64_t time_us = 2 * i;
+    book.note({.publisher = i % 3, .seq = 0, .time_us = time_us}, 0);
+    book.note({.publisher = i % 3, .seq = kMaxSeq, .time_us = time_us + 1}, 0);
+    ASSERT_GE(book.missing(), 0);
+  }
 }
 
 // Any loss, reordering within the window and duplication: the book has the truth.

@@ -1,4 +1,4 @@
-#include "server/outbox.h"
+#include "bus/outbox.h"
 
 #include <gtest/gtest.h>
 
