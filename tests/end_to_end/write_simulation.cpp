@@ -1,4 +1,5 @@
-// write_simulation FOLDER FRAMES: the first images of the simulated courtyard as a recorded folder.
+// write_simulation FOLDER FRAMES: the first images of the simulated courtyard as a recorded folder,
+// with their true poses.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -8,6 +9,7 @@
 #include <sstream>
 
 #include "sequence/number_text.h"
+#include "sequence/tum.h"
 #include "simulation/simulated_world.h"
 
 namespace {
@@ -23,6 +25,13 @@ void write_calibration(const Camera& camera, const std::filesystem::path& file) 
   for (std::size_t i = 0; i < camera.distortion.size(); ++i)
     out << (i > 0 ? ", " : "") << exact_text(camera.distortion[i]);
   out << "]}\n";
+}
+
+std::string write_truth(const SimulatedWorld& world, int frames,
+                        const std::filesystem::path& file) {
+  std::vector<TimedPose> poses;
+  for (int i = 0; i < frames; ++i) poses.push_back({world.time_us(i), world.world_from_camera(i)});
+  return write_tum(file, poses);
 }
 
 void write_images(const SimulatedWorld& world, int frames, const std::filesystem::path& folder) {
@@ -47,7 +56,13 @@ int main(int argc, char** argv) {
   const SimulatedWorld world;
   const std::filesystem::path folder = argv[1];
   std::filesystem::remove_all(folder);
-  write_images(world, std::min(std::stoi(argv[2]), world.num_frames()), folder);
+  const int frames = std::min(std::stoi(argv[2]), world.num_frames());
+  write_images(world, frames, folder);
   write_calibration(world.camera(), folder / "calib.json");
+  if (const std::string problem = write_truth(world, frames, folder / "groundtruth.tum");
+      !problem.empty()) {
+    std::cerr << problem << '\n';
+    return 1;
+  }
   return 0;
 }

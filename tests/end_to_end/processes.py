@@ -1,0 +1,97 @@
+"""What the tests of real processes share: children that never outlive their test, and the shared data."""
+import os
+import pathlib
+import subprocess
+import sys
+import time
+
+SKIPPED = 77
+PATIENCE_S = 240
+
+
+def fail(message):
+    sys.exit("FAILED: " + message)
+
+
+def skip(message):
+    print("skipped: " + message)
+    sys.exit(SKIPPED)
+
+
+def shared(name):
+    """shared:NAME is a sequence of the shared data, which may not be there."""
+    if not name.startswith("shared:"):
+        return name
+    source = pathlib.Path(__file__).resolve().parents[2]
+    root = pathlib.Path(os.environ.get("EIFMAP_SHARED", source.parent / "shared"))
+    folder = root / "data" / name[len("shared:"):]
+    if not folder.is_dir():
+        skip(f"no {folder}")
+    return str(folder)
+
+
+class Process:
+    """A child whose output goes to a file."""
+
+    def __init__(self, name, command, folder):
+        self.name = name
+        self.output = folder / (name + ".log")
+        with open(self.output, "wb") as output:
+            self.child = subprocess.Popen([str(word) for word in command], stdout=output,
+                                          stderr=subprocess.STDOUT)
+
+    def text(self):
+        return self.output.read_text(errors="replace")
+
+    def wait_for_words(self, words):
+        deadline = time.monotonic() + PATIENCE_S
+        while words not in self.text():
+            if self.child.poll() is not None or time.monotonic() > deadline:
+                fail(f"{self.name} never said '{words}':\n{self.text()}")
+            time.sleep(0.05)
+
+    def wait_for_end(self):
+        try:
+            code = self.child.wait(PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            fail(f"{self.name} did not end:\n{self.text()}")
+        if code != 0:
+            fail(f"{self.name} ended with {code}:\n{self.text()}")
+
+    def stop(self):
+        if self.child.poll() is None:
+            self.child.kill()
+            self.child.wait()
+
+
+class Processes:
+    """Of one test: all of them end with it."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.started = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for process in reversed(self.started):
+            process.stop()
+
+    def start(self, name, *command):
+        self.started.append(Process(name, command, self.folder))
+        return self.started[-1]
+
+
+def lines(file):
+    return file.read_text().splitlines() if file.exists() else []
+
+
+def wait_for_lines(file, count):
+    """Until the file has as many, or no more come."""
+    newest, since = -1, time.monotonic()
+    while newest < count and time.monotonic() - since < 10:
+        now = len(lines(file))
+        if now != newest:
+            newest, since = now, time.monotonic()
+        time.sleep(0.1)
