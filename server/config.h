@@ -14,6 +14,7 @@
 namespace eifmap {
 
 struct ServerConfig {
+  // The LCM network: ttl=0 stays on this machine, ttl=1 in its network.
   std::string lcm_url = kDefaultLcmUrl;
   // The camera to map; "": the first one seen with a calibration.
   std::string camera;
@@ -23,11 +24,12 @@ struct ServerConfig {
   int gray16_bits = 16;
   // Newest: the map keeps up with the camera, at the price of frames. Lossless: every frame, late.
   InputMode input = InputMode::kNewest;
-  int max_queued_mib = 256;  // of input waiting for the mapper
-  // Parts that fit one datagram, at a pace that stock receive buffers keep up with.
-  int max_part_bytes = static_cast<int>(kDefaultMaxPartBytes);
-  int map_bytes_per_s = 5'000'000;
-  double status_period_s = 1;
+  int max_queued_mib = 256;  // MiB of input waiting for the mapper
+  // Largest message of a map update, in bytes. 0: what fits a datagram of the network, 1400 where
+  // the ttl is above 0, else 32768.
+  int max_part_bytes = 0;
+  int map_bytes_per_s = 5'000'000;    // a pace that stock receive buffers keep up with
+  double status_period_s = 1;         // s between two statuses, when nothing changes
   std::optional<Camera> calibration;  // instead of waiting for one by message
   // A camera without a calibration: the width of its view, from which a pinhole is guessed; 0: wait
   // for its calibration. The status says that it is guessed.
@@ -36,6 +38,7 @@ struct ServerConfig {
   MapperOptions mapper;
 
   std::string problem() const;  // "" or which value is wrong and why
+  std::size_t part_bytes() const;
 };
 
 struct ParsedConfig {

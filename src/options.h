@@ -15,11 +15,11 @@ namespace eifmap {
 struct StartOptions {
   // An anchor with fewer features than this is not worth waiting for.
   int min_features = 60;
-  int min_matches = 40;
+  int min_matches = 40;  // with the anchor
   // The direction of the first baseline must be this certain: it is the gauge of the whole map.
   double max_sigma_direction_deg = 1.5;
-  int min_points = 50;              // with ...
-  double max_relative_depth = 0.2;  // ... sigma_Z / Z below this
+  int min_points = 50;              // whose sigma_Z / Z is below the next
+  double max_relative_depth = 0.2;  // sigma_Z / Z of a point that counts
   // Frames kept to be posed backwards when the map starts, which must not take long.
   int max_frames = 100;
   // [WD10] IV makes the map's beginning from a set of images, each posed by plain triangulation:
@@ -73,7 +73,7 @@ struct LandmarkOptions {
   // before it has been seen a third time. A third view is what finds wrong matches: with two
   // wherever fewer than 120 were tracked, NEES in a recorded room was 12 instead of 6.
   int min_views_if_few = 2;
-  int few_tracked = 60;
+  int few_tracked = 60;         // landmarks
   double search_radius_px = 8;  // guided search around the predicted pixel
   // No triangulation over a baseline of less than so many sigmas of the new keyframe's place: its
   // own error would make the depths.
@@ -84,9 +84,9 @@ struct LandmarkOptions {
 
 // Relative-pose edges: [WD10] II and (6), (7).
 struct EdgeOptions {
-  bool enabled = true;
-  double max_sigma_direction_deg = 1.5;
-  int min_measurements = 50;
+  bool enabled = true;                   // false: the map's landmarks alone hold the poses
+  double max_sigma_direction_deg = 1.5;  // of an edge that is admitted
+  int min_measurements = 50;             // that no edge has used
   // Of the matches of a pair, the share that one edge may spend: the rest is left for the next
   // edge, since a measurement enters one edge only.
   double max_spent_ratio = 0.5;

@@ -21,8 +21,8 @@ enum class ExtractorKind {
   kSurfUpright,   // for cameras that stay about level: fastest, tells up from right
   kSurfOriented,  // each feature in the frame of its own dominant orientation
   kSift,          // oriented, too; slow
-  // Upright in a frame that follows the camera's roll, as seen from image to image: as
-  // kSurfUpright, bit for bit, while the camera is about level, and comparable with it.
+  // upright in a frame that follows the camera's roll, as seen from image to image: surf_upright,
+  // bit for bit, while the camera is about level, and comparable with it
   kAuto,
 };
 

@@ -10,7 +10,7 @@
 namespace eifmap {
 
 struct SiftOptions {
-  int octave_layers = 3;
+  int octave_layers = 3;  // scales searched in each octave
   // Of the difference of Gaussians, for intensities in [0, 1]. Low on purpose, as SURF's
   // min_response: the best max_features above it are kept.
   double contrast_threshold = 0.01;

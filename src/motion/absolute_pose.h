@@ -13,15 +13,15 @@
 namespace eifmap {
 
 struct AbsolutePoseOptions {
-  int min_inliers = 15;
+  int min_inliers = 15;     // fewer: no pose
   double gate_sigma = 3.5;  // an inlier's whitened reprojection error is below this
-  int max_iterations = 20;
-  double bisquare = 4.685;
-  // PnP RANSAC (OpenCV's P3P, fixed state)
-  double ransac_threshold_px = 3.0;
-  double ransac_confidence = 0.9999;
-  int ransac_iterations = 300;
-  int seed = 1;
+  int max_iterations = 20;  // of the refinement
+  double bisquare = 4.685;  // tuning constant, in units of the spread
+  // PnP alone:
+  double ransac_threshold_px = 3.0;   // RANSAC of OpenCV's P3P, with a fixed state
+  double ransac_confidence = 0.9999;  // that one sample was free of outliers
+  int ransac_iterations = 300;        // at most
+  int seed = 1;                       // of RANSAC
 
   std::string problem() const;
 };

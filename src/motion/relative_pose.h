@@ -19,24 +19,26 @@ struct Correspondence {
   double sigma_i = 0, sigma_j = 0;
 };
 
-// How the covariance of (R, T) is found. They agree where the geometry is good; measured at 100
-// matches, linear costs microseconds and the Unscented transform, the paper's, tens of
-// milliseconds, growing with the square of the number of matches.
-enum class RelativePoseCovariance { kLinear, kUnscented };
+// How the covariance of (R, T) is found. They agree where the geometry is good.
+enum class RelativePoseCovariance {
+  kLinear,     // microseconds at 100 matches
+  kUnscented,  // tens of milliseconds there, growing with the square of the number of matches
+};
 
 struct RelativePoseOptions {
-  int min_matches = 15;
+  int min_matches = 15;  // fewer: no relative pose
   // Rotation alone explains the pair: NO_BASELINE. Measured: with the five-point rotation in its
   // place, a standstill showed 300-900 px of "parallax".
   double min_median_parallax_px = 1.5;
-  double max_rotation_inlier_ratio = 0.8;
+  double max_rotation_inlier_ratio = 0.8;  // more explained by a rotation alone: NO_BASELINE
   // RANSAC
   double ransac_threshold_px = 1.0;  // at least; 2.5 sigma of the matches where that is more
   double ransac_confidence = 0.99;   // the refinement forgives a start that is not the best
-  int ransac_iterations = 400;
-  int seed = 1;
-  double min_inlier_ratio = 0.3;
-  RelativePoseCovariance covariance = RelativePoseCovariance::kLinear;  // [WD10] III-A: unscented
+  int ransac_iterations = 400;       // at most
+  int seed = 1;                      // of RANSAC
+  double min_inlier_ratio = 0.3;     // of the matches; fewer: no relative pose
+  // How the covariance of (R, T) is found; [WD10] III-A: unscented.
+  RelativePoseCovariance covariance = RelativePoseCovariance::kLinear;
   bool check_planar = true;  // fill in RelativePoseResult::planar and alternatives
 
   std::string problem() const;  // "" or which field is wrong and why

@@ -20,19 +20,21 @@ struct MapObservation {
   double sigma = 0;       // of x, each axis, same unit; includes the point's own uncertainty
 };
 
-// kVote: every feature votes for d first; the modes start the fit, whose spread is clamped.
-// kPlain: [WD10] III-D to the letter, from the guess alone with the spread as it comes: for
-// comparison, since it breaks down at 50 % outliers.
-enum class ScaleFitMethod { kVote, kPlain };
+enum class ScaleFitMethod {
+  kVote,  // every feature votes for d first; the modes start the fit, whose spread is clamped
+  // [WD10] III-D to the letter, from the guess alone with the spread as it comes: for comparison,
+  // since it breaks down at 50 % outliers
+  kPlain,
+};
 
 struct ScaleFitOptions {
   ScaleFitMethod method = ScaleFitMethod::kVote;
-  int min_inliers = 15;
-  double min_inlier_ratio = 0.3;
+  int min_inliers = 15;             // fewer: no scale
+  double min_inlier_ratio = 0.3;    // of the features; fewer: no scale
   double max_relative_sigma = 0.1;  // sigma of the baseline / baseline
   double max_runner_up = 0.7;  // votes of the second mode / votes of the first; 0 where none vote
   double bisquare = 4.685;     // tuning constant, in units of the spread
-  double max_spread = 2.5;     // kVote: the spread is clamped to [1, max_spread] sigma
+  double max_spread = 2.5;     // vote: the spread is clamped to [1, max_spread] sigma
 
   std::string problem() const;
 };
