@@ -243,6 +243,13 @@ TEST(Hostile, ImageValues) {
   // Twice the bytes of GRAY.
   EXPECT_EQ(image_with([](I& i) { i.pixelformat = I::PIXEL_FORMAT_YUYV; }), Reason::kBadImageSize);
   EXPECT_EQ(image_with([](I& i) { i.metadata[0].value[0] = 'x'; }), Reason::kMalformedMessage);
+  // seq, as wild as it can be
+  EXPECT_EQ(image_with([](I& i) {
+              const std::string_view text = "9223372036854775807";
+              i.metadata[0].value.assign(text.begin(), text.end());
+              i.metadata[0].n = static_cast<std::int32_t>(text.size());
+            }),
+            Reason::kMalformedMessage);
 }
 
 }  // namespace

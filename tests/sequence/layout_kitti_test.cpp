@@ -56,6 +56,15 @@ TEST_F(KittiTest, PosesAreOfCamera0AlsoWhereTheColourImagesAreTaken) {
   const Eigen::Vector3d turned(4 + centre.z(), 5 + centre.y(), 6 - centre.x());
   EXPECT_LT((opened.sequence->ground_truth()[0].world_from_camera.translation - turned).norm(),
             1e-12);
+  // A calibration of one's own moves no camera.
+  SequenceOptions options;
+  options.calibration = folder_.write(
+      "mine.json", R"({"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24})");
+  const auto calibrated = open(options);
+  ASSERT_EQ(calibrated.problem, "");
+  EXPECT_EQ(calibrated.sequence->camera().fx, 60);
+  EXPECT_LT((calibrated.sequence->ground_truth()[0].world_from_camera.translation - turned).norm(),
+            1e-12);
 }
 
 TEST_F(KittiTest, SaysWhichFileAndLineIsWrong) {

@@ -233,6 +233,51 @@ TEST(CameraMapper, AGuessedCalibrationServesUntilARealOneComes) {
   EXPECT_FALSE(mapper.take_frame(kFeatures, bytes(named)).result.rejected);
 }
 
+TEST(CameraMapper, ABadFrameIsNothingToGuessFrom) {
+  ServerConfig config;
+  config.hfov_deg = 60;
+  CameraMapper mapper(config);
+  const SyntheticStream stream;
+  FeatureFrame bad = stream.frame(0);
+  bad.calibration_id = 0;
+  bad.camera = "other";  // on a channel of cam0
+  bad.width = bad.height = 64;
+  bad.keypoints.clear();
+  bad.descriptors.clear();
+  EXPECT_EQ(mapper.take_frame(kFeatures, bytes(bad)).result.reason, Reason::kMalformedMessage);
+  FeatureFrame good = stream.frame(1);
+  good.calibration_id = 0;
+  const FrameResult result = mapper.take_frame(kFeatures, bytes(good)).result;
+  EXPECT_FALSE(result.rejected) << result.detail;
+  EXPECT_TRUE(mapper.calibration_is_guessed());
+}
+
+TEST(CameraMapper, ARealCalibrationBeforeTheFirstGoodFrameStays) {
+  ServerConfig config;
+  config.hfov_deg = 60;
+  CameraMapper mapper(config);
+  const SyntheticStream stream;
+  ImageMessage broken;
+  broken.time_us = 1;
+  broken.width = 640, broken.height = 480;
+  broken.format = PixelFormat::kMjpeg;
+  broken.data.assign(1000, 0xff);
+  EXPECT_EQ(mapper.take_frame(kImage, encode(to_message(broken))).result.reason,
+            Reason::kCorruptImage);
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  for (int i = 0; i < 3; ++i) {
+    FeatureFrame frame = stream.frame(i);
+    frame.calibration_id = 0;
+    ASSERT_FALSE(mapper.take_frame(kFeatures, bytes(frame)).result.rejected);
+  }
+  EXPECT_FALSE(mapper.calibration_is_guessed());
+  FeatureFrame named = stream.frame(3);
+  named.calibration_id = synthetic_camera().id();
+  const CameraMapper::Mapped mapped = mapper.take_frame(kFeatures, bytes(named));
+  EXPECT_FALSE(mapped.result.rejected) << mapped.result.detail;
+  EXPECT_EQ(mapped.new_calibration, "") << "it is the one in use";
+}
+
 TEST(CameraMapper, NoGuessUnasked) {
   CameraMapper mapper{ServerConfig{}};
   FeatureFrame frame = SyntheticStream().frame(0);
