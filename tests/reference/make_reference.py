@@ -34,7 +34,7 @@ understand each other.
 
 
 def cell(text):
-    return " ".join(text.split()).replace("|", "\\|")
+    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
 
 
 def row(*cells):
