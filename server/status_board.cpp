@@ -33,18 +33,24 @@ diagnostic_t diagnostic(const std::string& key, std::int64_t value) {
   return entry;
 }
 
-// The publisher of now by itself: of who has gone, its missing frames stay in sequence_gaps.
+// The publisher of now as publisher.*, the few before it as publisher.before_1.* and so on. Of
+// those forgotten, the missing frames stay in sequence_gaps.
 void describe_streams(status_t& status, const StreamBook& streams) {
   status.diagnostics.push_back(diagnostic("publisher_restarts", streams.restarts()));
-  if (streams.streams().empty()) return;
-  const StreamCounts& now = streams.streams().front();
-  status.diagnostics.push_back(diagnostic("publisher.id", now.publisher));
-  status.diagnostics.push_back(diagnostic("publisher.frames", now.frames));
-  status.diagnostics.push_back(diagnostic("publisher.missing", now.missing));
-  status.diagnostics.push_back(diagnostic("publisher.reordered", now.reordered));
-  status.diagnostics.push_back(diagnostic("publisher.duplicates", now.duplicates));
-  if (now.clock_offset_us)
-    status.diagnostics.push_back(diagnostic("publisher.clock_offset_us", *now.clock_offset_us));
+  for (std::size_t i = 0; i < streams.streams().size(); ++i) {
+    const StreamCounts& counts = streams.streams()[i];
+    const std::string prefix =
+        i == 0 ? "publisher." : "publisher.before_" + std::to_string(i) + ".";
+    const auto say = [&](const char* what, std::int64_t value) {
+      status.diagnostics.push_back(diagnostic(prefix + what, value));
+    };
+    say("id", counts.publisher);
+    say("frames", counts.frames);
+    say("missing", counts.missing);
+    say("reordered", counts.reordered);
+    say("duplicates", counts.duplicates);
+    if (counts.clock_offset_us) say("clock_offset_us", *counts.clock_offset_us);
+  }
 }
 
 std::string clipped(std::string text) {

@@ -279,6 +279,33 @@ TEST(MappingServer, StatusSaysWhatIsWrong) {
   EXPECT_EQ(network.poses.size(), 1u) << "rejected frames have no pose";
 }
 
+TEST(MappingServer, StatusHasTheNumbersOfEachPublisher) {
+  Network network(lossless());
+  network.publish(synthetic_camera());
+  const SyntheticStream stream;
+  const auto publish = [&](std::int64_t publisher, std::initializer_list<int> seqs) {
+    for (const int seq : seqs) {
+      FeatureFrame frame = stream.frame(seq);
+      frame.publisher = publisher;
+      network.publish(frame);
+    }
+  };
+  publish(7, {0, 1, 3});
+  publish(8, {4, 6, 6, 9});
+  network.settle();
+  network.finish();
+  const auto said = [&](const char* key) { return figure(network.statuses.back(), key); };
+  EXPECT_EQ(said("publisher_restarts"), "1");
+  EXPECT_EQ(said("publisher.id"), "8");
+  EXPECT_EQ(said("publisher.frames"), "4");
+  EXPECT_EQ(said("publisher.missing"), "3");
+  EXPECT_EQ(said("publisher.duplicates"), "1");
+  EXPECT_NE(said("publisher.clock_offset_us"), "");
+  EXPECT_EQ(said("publisher.before_1.id"), "7");
+  EXPECT_EQ(said("publisher.before_1.missing"), "1");
+  EXPECT_EQ(network.statuses.back().sequence_gaps, 4);
+}
+
 TEST(MappingServer, StopsWhileTheInboxIsFull) {
   ServerConfig config = lossless();
   config.max_queued_mib = 1;  // about ten frames
