@@ -262,7 +262,8 @@ PublishResult publish(ImageSource& source, const PublishOptions& options, Bus& b
     result.messages += static_cast<std::int64_t>(encoded.messages.size());
     const auto left = Clock::now();
     sender.push(std::move(encoded.messages));
-    while (const auto next = sender.send_due())
+    for (auto next = sender.send_due(); next && sender.all_were_sent() && result.problem.empty();
+         next = sender.send_due())
       if (!wait_until(*next, i)) return result;
     if (!sender.all_were_sent()) result.problem = unsent;
     if (!result.problem.empty()) break;

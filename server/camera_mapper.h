@@ -64,6 +64,7 @@ class CameraMapper {
   // Of the camera that is mapped: guessed from hfov_deg, and not replaced by a message since.
   bool calibration_is_guessed() const { return guessed_.contains(camera_); }
 
+  bool has_results() const { return mapper_.has_value(); }
   // Writes what RunRecord writes, of all frames since the calibration last changed. Returns "" or
   // what went wrong.
   std::string write_results(const std::filesystem::path& folder) const;

@@ -18,7 +18,7 @@ std::int64_t Inbox::remove(Predicate predicate) {
   return static_cast<std::int64_t>(before - queue_.size());
 }
 
-void Inbox::put(const Channel& channel, Bytes bytes) {
+void Inbox::put(const Channel& channel, Bytes bytes, bool may_wait) {
   std::unique_lock lock(mutex_);
   if (is_foreign(channel)) {
     counts_.foreign += is_frame(channel) ? 1 : 0;
@@ -37,10 +37,10 @@ void Inbox::put(const Channel& channel, Bytes bytes) {
   const auto has_room = [&] {
     return closed_ || queue_.empty() || queued_bytes_ + bytes.size() <= max_bytes_;
   };
-  if (mode_ == InputMode::kLossless) changed_.wait(lock, has_room);
+  if (mode_ == InputMode::kLossless && may_wait) changed_.wait(lock, has_room);
   if (closed_) return;
   counts_.frames += is_frame(channel) ? 1 : 0;
-  if (!has_room()) {  // many cameras, before one is selected
+  if (!has_room()) {  // many cameras, before one is selected; or nobody who could wait
     counts_.dropped += is_frame(channel) ? 1 : 0;
     return;
   }

@@ -28,8 +28,8 @@ MappingServer::MappingServer(const ServerConfig& config, Bus& bus, OnChange on_c
       on_change_(std::move(on_change)),
       server_epoch_(now_us()),
       inbox_(config.input, static_cast<std::size_t>(std::max(config.max_queued_mib, 1)) << 20),
-      parts_([this](const std::string& camera, Bytes frame) {
-        inbox_.put({camera, ChannelKind::kFeatures}, frame);
+      parts_([this](const std::string& camera, Bytes frame, bool may_wait) {
+        inbox_.put({camera, ChannelKind::kFeatures}, frame, may_wait);
       }),
       mapper_(config),
       outbox_(config.map_bytes_per_s),
@@ -100,13 +100,11 @@ void MappingServer::guarded(Action action) {
 
 void MappingServer::take_turn() {
   if (Clock::now() >= next_status_) publish_status(true);
-  Clock::time_point deadline = std::min(next_status_, send_parts().value_or(next_status_));
-  if (parts_.has_work()) {
-    parts_.give_up_silent(Clock::now());
-    deadline = std::min(deadline, Clock::now() + PartCollector::kSilence / 2);
-  }
+  const Clock::time_point deadline = std::min(
+      {next_status_, send_parts().value_or(next_status_),
+       Clock::now() + std::chrono::duration_cast<Clock::duration>(PartCollector::kSilence) / 2});
   const std::optional<Received> message = inbox_.take(deadline);
-  if (!message) return;
+  if (!message) return parts_.give_up_silent(Clock::now());
   if (message->channel.kind == ChannelKind::kCalibration)
     take_calibration(*message);
   else

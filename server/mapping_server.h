@@ -43,7 +43,7 @@ class MappingServer {
   void stop();
 
   // After stop(): whether there are any results. And them written; returns "" or what went wrong.
-  bool has_results() const { return !mapper_.camera().empty(); }
+  bool has_results() const { return mapper_.has_results(); }
   std::string write_results(const std::filesystem::path& folder) const;
 
  private:

@@ -7,34 +7,31 @@ namespace eifmap {
 
 void PartCollector::take(const std::string& name, Bytes message, Clock::time_point now) {
   const std::lock_guard lock(work_mutex_);
-  if (is_foreign(name)) return deliver_(name, message);
+  if (is_foreign(name)) {
+    if (!is_part_of_features(message) || is_first_part(message)) deliver_(name, message, true);
+    return;
+  }
   const auto known = cameras_.find(name);
   Decoded<FeaturePart> part;
   if (is_part_of_features(message)) part = decode_feature_part(message);
   if (!is_part_of_features(message) || !part.ok()) {
-    if (known != cameras_.end() && !is_part_of_features(message)) finish(name, known->second);
-    return deliver_(name, message);
+    if (known != cameras_.end() && !is_part_of_features(message)) finish(name, known->second, true);
+    return deliver_(name, message, true);
   }
   if (known == cameras_.end()) make_room();
   Camera& camera = cameras_[name];
   camera.last_part = now;
-  has_work_ = true;
   const FeatureAssembler::Counts before = camera.assembler.counts();
   const std::vector<FeatureFrame> frames = camera.assembler.add(std::move(part.value));
   note(before, camera.assembler.counts());
-  deliver(name, frames);
+  deliver(name, frames, true);
 }
 
 void PartCollector::give_up_silent(Clock::time_point now) {
   const std::unique_lock lock(work_mutex_, std::try_to_lock);
   if (!lock) return;
-  has_work_ = false;
-  for (auto& [name, camera] : cameras_) {
-    if (now - camera.last_part >= kSilence)
-      finish(name, camera);
-    else
-      has_work_ = true;
-  }
+  for (auto& [name, camera] : cameras_)
+    if (now - camera.last_part >= kSilence) finish(name, camera, false);
 }
 
 void PartCollector::select_camera(const std::string& camera) {
@@ -52,15 +49,16 @@ bool PartCollector::is_foreign(const std::string& camera) const {
   return !selected_.empty() && camera != selected_;
 }
 
-void PartCollector::deliver(const std::string& camera, const std::vector<FeatureFrame>& frames) {
-  for (const FeatureFrame& frame : frames) deliver_(camera, encode(to_message(frame)));
+void PartCollector::deliver(const std::string& camera, const std::vector<FeatureFrame>& frames,
+                            bool may_wait) {
+  for (const FeatureFrame& frame : frames) deliver_(camera, encode(to_message(frame)), may_wait);
 }
 
-void PartCollector::finish(const std::string& name, Camera& camera) {
+void PartCollector::finish(const std::string& name, Camera& camera, bool may_wait) {
   const FeatureAssembler::Counts before = camera.assembler.counts();
   const std::optional<FeatureFrame> frame = camera.assembler.give_up();
   note(before, camera.assembler.counts());
-  if (frame) deliver(name, {*frame});
+  if (frame) deliver(name, {*frame}, may_wait);
 }
 
 void PartCollector::note(const FeatureAssembler::Counts& before,
@@ -78,7 +76,7 @@ void PartCollector::make_room() {
   const auto oldest = std::min_element(
       cameras_.begin(), cameras_.end(),
       [](const auto& a, const auto& b) { return a.second.last_part < b.second.last_part; });
-  finish(oldest->first, oldest->second);
+  finish(oldest->first, oldest->second, true);
   cameras_.erase(oldest);
 }
 

@@ -1,7 +1,6 @@
 // Feature frames that come in parts, of any camera, made whole on their way to the inbox.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <functional>
 #include <map>
@@ -16,8 +15,8 @@ class PartCollector {
  public:
   using Clock = std::chrono::steady_clock;
   // Takes a feature frame as a message; called by one thread at a time, a camera's frames in the
-  // order of their capture. May wait.
-  using Deliver = std::function<void(const std::string& camera, Bytes frame)>;
+  // order of their capture. `may_wait`: from take(), for room.
+  using Deliver = std::function<void(const std::string& camera, Bytes frame, bool may_wait)>;
 
   explicit PartCollector(Deliver deliver) : deliver_(std::move(deliver)) {}
 
@@ -27,14 +26,14 @@ class PartCollector {
   void take(const std::string& camera, Bytes message, Clock::time_point now);
 
   // Delivers, without what is missing, frames of which nothing has come for kSilence. Not while
-  // another thread is in take(): then there is no silence. For any thread.
+  // another thread is in take(): then there is no silence. For any thread, best for the one that
+  // has nothing else to do.
   void give_up_silent(Clock::time_point now);
 
-  // From now on only parts of this camera are put together; those of others are delivered as they
-  // are. For any thread.
+  // From now on only parts of this camera are put together; of others the first part of each frame
+  // is delivered as it is, to be counted. For any thread.
   void select_camera(const std::string& camera);
 
-  bool has_work() const { return has_work_; }
   // Of all frames that came in parts. For any thread; never waits for a delivery.
   FeatureAssembler::Counts counts() const;
 
@@ -49,8 +48,8 @@ class PartCollector {
     Clock::time_point last_part;
   };
 
-  void deliver(const std::string& camera, const std::vector<FeatureFrame>& frames);
-  void finish(const std::string& name, Camera& camera);
+  void deliver(const std::string& camera, const std::vector<FeatureFrame>& frames, bool may_wait);
+  void finish(const std::string& name, Camera& camera, bool may_wait);
   void note(const FeatureAssembler::Counts& before, const FeatureAssembler::Counts& after);
   void make_room();
   bool is_foreign(const std::string& camera) const;
@@ -58,7 +57,6 @@ class PartCollector {
   const Deliver deliver_;
   std::mutex work_mutex_;  // held during deliveries
   std::map<std::string, Camera> cameras_;
-  std::atomic<bool> has_work_ = false;
   mutable std::mutex state_mutex_;  // held for moments
   FeatureAssembler::Counts counts_;
   std::string selected_;

@@ -12,6 +12,9 @@
 namespace eifmap {
 namespace {
 
+// After fingerprint, utime, publisher and seq.
+constexpr std::size_t kPartOffset = 8 + 8 + 8 + 8;
+
 void scan(LayoutScanner& in) {
   in.skip(8 + 8 + 8 + 2 + 2);  // utime, publisher, seq, part, num_parts
   in.string("camera", kMaxText);
@@ -142,10 +145,13 @@ Decoded<FeatureFrame> decode_features(Bytes bytes) {
 }
 
 bool is_part_of_features(Bytes bytes) {
-  constexpr std::size_t kNumParts =
-      8 + 8 + 8 + 8 + 2;  // after fingerprint, utime, publisher, seq, part
+  constexpr std::size_t kNumParts = kPartOffset + 2;
   if (bytes.size() < kNumParts + 2) return false;
   return (bytes[kNumParts] << 8 | bytes[kNumParts + 1]) > 1;
+}
+
+bool is_first_part(Bytes bytes) {
+  return bytes.size() >= kPartOffset + 2 && bytes[kPartOffset] == 0 && bytes[kPartOffset + 1] == 0;
 }
 
 }  // namespace eifmap

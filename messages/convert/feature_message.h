@@ -24,7 +24,9 @@ Decoded<FeaturePart> decode_feature_part(Bytes bytes);
 // The same of a whole frame; a part of one is a kMalformedMessage.
 Decoded<FeatureFrame> decode_features(Bytes bytes);
 
-// Whether the bytes, if they are a feature frame at all, say that they are one of several parts.
+// Whether the bytes, if they are a feature frame at all, say that they are one of several parts,
+// and that they are the first one.
 bool is_part_of_features(Bytes bytes);
+bool is_first_part(Bytes bytes);
 
 }  // namespace eifmap

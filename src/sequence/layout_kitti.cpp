@@ -104,9 +104,11 @@ Recording read(const fs::path& folder, const SequenceOptions& options) {
   if (fs::exists(calibration, error)) {
     Matrix34 projection;
     problem = read_projection(calibration, gray ? "P0" : "P2", projection);
-    if (problem.empty() && options.calibration.empty())
+    if (options.calibration.empty() && problem.empty())
       problem = make_camera(projection, calibration, recording);
-    if (problem.empty()) centre = centre_of(projection);  // whose lens is calibrated again
+    if (problem.empty() && projection[0] > 0 && projection[5] > 0) centre = centre_of(projection);
+    // With a calibration of one's own the file is wanted for the place alone, and may be wrong.
+    if (!options.calibration.empty()) problem.clear();
   }
   if (const fs::path poses = find_poses(folder); problem.empty() && !poses.empty())
     problem = read_poses(poses, centre, recording);

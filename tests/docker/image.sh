@@ -36,10 +36,15 @@ eifmap-server --version
 eifmap-server --output live >server.log 2>&1 &
 server=$!
 eifmap log /log >log.log 2>&1 &
+logger=$!
+trap 'kill $server $logger 2>/dev/null || true' EXIT
 sleep 2
 eifmap publish --simulate courtyard --max-frames 100
 sleep 3
 kill -TERM $server
+wait $server
+sleep 1
+kill -TERM $logger 2>/dev/null || true
 wait
 cat server.log log.log
 wc -l </log/trajectory.tum >poses

@@ -67,6 +67,21 @@ TEST_F(KittiTest, PosesAreOfCamera0AlsoWhereTheColourImagesAreTaken) {
             1e-12);
 }
 
+TEST_F(KittiTest, ABadCalibrationFileMayBeReplaced) {
+  folder_.write("sequences/07/poses.txt",
+                "1 0 0 4 0 1 0 5 0 0 1 6\n1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n");
+  SequenceOptions options;
+  options.calibration = folder_.write(
+      "mine.json", R"({"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24})");
+  for (const char* text : {"none\n", "P0: 0 0 31 0 0 0 23 0 0 0 1 0\n"}) {
+    folder_.write("sequences/07/calib.txt", text);
+    const auto opened = open(options);
+    ASSERT_EQ(opened.problem, "") << text;
+    EXPECT_EQ(opened.sequence->ground_truth()[0].world_from_camera.translation,
+              Eigen::Vector3d(4, 5, 6));
+  }
+}
+
 TEST_F(KittiTest, SaysWhichFileAndLineIsWrong) {
   folder_.write("sequences/07/times.txt", "0\n0.1\n");
   expect_problem({"times.txt: has 2 times for 3 images"});

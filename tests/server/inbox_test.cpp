@@ -122,5 +122,19 @@ TEST(Inbox, IdleOnlyWhenTheTakerCameBack) {
   EXPECT_TRUE(inbox.wait_until_idle(steady_clock::now()));
 }
 
+// The taker that gives up an incomplete frame while the inbox is full must not wait for itself.
+TEST(Inbox, WhoMayNotWaitDropsInstead) {
+  Inbox inbox(InputMode::kLossless, 100);
+  const std::vector<std::uint8_t> bytes(80);
+  const Channel channel{"cam0", ChannelKind::kFeatures};
+  inbox.put(channel, bytes);
+  inbox.put(channel, bytes, /*may_wait=*/false);
+  EXPECT_EQ(inbox.counts().frames, 2);
+  EXPECT_EQ(inbox.counts().dropped, 1);
+  EXPECT_TRUE(inbox.take(std::chrono::steady_clock::now()));
+  inbox.put(channel, bytes, /*may_wait=*/false);
+  EXPECT_EQ(inbox.counts().dropped, 1);
+}
+
 }  // namespace
 }  // namespace eifmap
