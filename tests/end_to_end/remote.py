@@ -127,12 +127,16 @@ def check_good_link(options, folder, status):
         fail("less than 98 % of the frames arrived")
     if int(status["diagnostics"].get("split_frames.missing_parts", 0)) > 2 * options.frames:
         fail("of the frames' parts too many did not arrive")
-    if len(lines(folder / "logged" / "poses.jsonl")) < 0.95 * options.frames:
-        fail("less than 95 % of the poses came back")
+    # What a busy machine passes over for the newest is not the link's doing.
+    mapped = options.frames - status["frames_dropped"]
+    if mapped < 0.8 * options.frames:
+        fail("the server passed over more than a fifth: this machine is too slow to show anything")
+    if len(lines(folder / "logged" / "poses.jsonl")) < 0.98 * mapped:
+        fail("less than 98 % of the poses came back")
     if live["ate_rmse_m"] > max(1.1 * offline["ate_rmse_m"], offline["ate_rmse_m"] + 0.01):
         fail("the live map is worse than the offline one")
-    if live["coverage"] < offline["coverage"] - 0.05:
-        fail("the live map covers less than the offline one")
+    if live["coverage"] * options.frames < (offline["coverage"] - 0.02) * mapped:
+        fail("of what the server mapped the live map covers less than the offline one")
 
 
 def truth_of_parts(link):
