@@ -12,12 +12,12 @@ void PartCollector::take(const std::string& name, Bytes message, Clock::time_poi
     return;
   }
   const auto known = cameras_.find(name);
-  Decoded<FeaturePart> part;
-  if (is_part_of_features(message)) part = decode_feature_part(message);
-  if (!is_part_of_features(message) || !part.ok()) {
-    if (known != cameras_.end() && !is_part_of_features(message)) finish(name, known->second, true);
+  if (!is_part_of_features(message)) {
+    if (known != cameras_.end()) finish(name, known->second, true);
     return deliver_(name, message, true);
   }
+  Decoded<FeaturePart> part = decode_feature_part(message);
+  if (!part.ok()) return deliver_(name, message, true);
   if (known == cameras_.end()) make_room();
   Camera& camera = cameras_[name];
   camera.last_part = now;
