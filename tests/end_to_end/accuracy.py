@@ -5,13 +5,12 @@ One run each; with --seeds N, N more with 0.05 px of noise on the keypoints, and
 """
 import argparse
 import json
-import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 
-SKIPPED = 77
+from processes import shared
 
 # Largest error of trajectory_final.tum (m), smallest share of frames in it.
 PROMISES = {
@@ -87,12 +86,7 @@ def main():
     parser.add_argument("--every", type=int, default=1, help="give every n-th image")
     parser.add_argument("sequence", choices=[*PROMISES, "standstill"])
     options = parser.parse_args()
-    source = pathlib.Path(__file__).resolve().parents[2]
-    root = pathlib.Path(os.environ.get("EIFMAP_SHARED", source.parent / "shared"))
-    folder = root / "data" / options.sequence
-    if not folder.is_dir():
-        print(f"skipped: no {folder}")
-        sys.exit(SKIPPED)
+    folder = pathlib.Path(shared("shared:" + options.sequence))
     broken = []
     with tempfile.TemporaryDirectory() as name:
         output = pathlib.Path(name)

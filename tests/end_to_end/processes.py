@@ -1,4 +1,7 @@
-"""What the tests of real processes share: children that never outlive their test, and the shared data."""
+"""What the tests of real processes share: children that never outlive their test, the shared data, and
+the offline run that a live one is compared with.
+"""
+import argparse
 import os
 import pathlib
 import subprocess
@@ -81,6 +84,28 @@ class Processes:
     def start(self, name, *command):
         self.started.append(Process(name, command, self.folder))
         return self.started[-1]
+
+
+def live_options(description):
+    """A parser of what every test of a live run against an offline one takes; see parse_live()."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--server", required=True)
+    parser.add_argument("--client", required=True)
+    parser.add_argument("--offline", required=True, help="recorded folder for the offline run")
+    parser.add_argument("--publish", required=True, nargs=argparse.REMAINDER)
+    return parser
+
+
+def parse_live(parser):
+    options = parser.parse_args()
+    options.offline = shared(options.offline)
+    options.publish = [shared(argument) for argument in options.publish]
+    options.frames = len(lines(pathlib.Path(options.offline) / "times.txt"))
+    return options
+
+
+def map_offline(options, output):
+    subprocess.run([options.server, "--sequence", options.offline, "--output", output], check=True)
 
 
 def lines(file):

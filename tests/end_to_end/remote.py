@@ -6,7 +6,6 @@ Good link: at least 98 % of the frames arrive and the map is as good as the offl
 mapping goes on, and the server's counters are what the link did. Run it inside a private network
 (support/private_network.sh).
 """
-import argparse
 import json
 import os
 import pathlib
@@ -17,7 +16,8 @@ import sys
 import tempfile
 import time
 
-from processes import Processes, fail, lines, shared, skip, wait_for_lines
+from processes import (Processes, fail, lines, live_options, map_offline, parse_live, skip,
+                       wait_for_lines)
 
 URL = "udpm://239.255.76.67:7667?ttl=1&recv_buf_size=2097152"
 SOURCE = pathlib.Path(__file__).resolve().parent
@@ -196,21 +196,13 @@ def check_bad_link(options, folder, status):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--server", required=True)
-    parser.add_argument("--client", required=True)
+    parser = live_options(__doc__)
     parser.add_argument("--bad-link", action="store_true")
     parser.add_argument("--least-coverage", type=float, default=0.9)
-    parser.add_argument("--offline", required=True, help="recorded folder for the offline run")
-    parser.add_argument("--publish", required=True, nargs=argparse.REMAINDER)
-    options = parser.parse_args()
-    options.offline = shared(options.offline)
-    options.publish = [shared(argument) for argument in options.publish]
+    options = parse_live(parser)
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        subprocess.run([options.server, "--sequence", options.offline,
-                        "--output", folder / "offline"], check=True)
-        options.frames = len(lines(pathlib.Path(options.offline) / "times.txt"))
+        map_offline(options, folder / "offline")
         # What a busy machine loses beside the link, nobody counted: once more.
         for _ in range(3):
             shutil.rmtree(folder / "logged", ignore_errors=True)

@@ -6,14 +6,13 @@ dropped, and hold at least 95 % of it. With --before, another recording comes fi
 stands still: no map may come of it, the status must say NO_BASELINE, and what follows must be mapped as
 if nothing had been. Run it inside a private network (support/private_network.sh).
 """
-import argparse
 import json
 import pathlib
 import signal
-import subprocess
 import tempfile
 
-from processes import Processes, fail, lines, shared, wait_for_lines
+from processes import (Processes, fail, lines, live_options, map_offline, parse_live, shared,
+                       wait_for_lines)
 
 
 def expect_no_map(options, folder):
@@ -71,21 +70,13 @@ def compare(folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--server", required=True)
-    parser.add_argument("--client", required=True)
-    parser.add_argument("--offline", required=True, help="recorded folder for the offline run")
+    parser = live_options(__doc__)
     parser.add_argument("--before", help="recorded folder of a camera that stands still")
-    parser.add_argument("--publish", required=True, nargs=argparse.REMAINDER)
-    options = parser.parse_args()
-    options.offline = shared(options.offline)
+    options = parse_live(parser)
     options.before = options.before and shared(options.before)
-    options.publish = [shared(argument) for argument in options.publish]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        subprocess.run([options.server, "--sequence", options.offline,
-                        "--output", folder / "offline"], check=True)
-        options.frames = len(lines(pathlib.Path(options.offline) / "times.txt"))
+        map_offline(options, folder / "offline")
         run_live(options, folder)
         compare(folder)
 
