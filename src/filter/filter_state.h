@@ -27,6 +27,10 @@ struct FilterLandmark {
   // Given the poses, V^-1, as of the last update or promotion: a lower bound of the marginal.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   std::vector<PointMeasurement> measurements;  // at most one per pose; empty: removed
+
+  // A measurement has come, gone or been linearized since V^-1 was computed.
+  bool changed = true;
+  Eigen::Matrix3d v_inverse = Eigen::Matrix3d::Zero();  // of the frozen linearizations
 };
 
 struct FilterEdge {

@@ -49,7 +49,10 @@ int InformationFilter::add_pose(const Rigid3& world_from_camera) {
 
 int InformationFilter::add_landmark(const Eigen::Vector3d& position,
                                     const Eigen::Matrix3d& covariance) {
-  landmarks_.push_back({position, covariance, {}});
+  FilterLandmark landmark;
+  landmark.position = position;
+  landmark.covariance = covariance;
+  landmarks_.push_back(std::move(landmark));
   return static_cast<int>(landmarks_.size()) - 1;
 }
 
@@ -62,15 +65,24 @@ void InformationFilter::add_measurement(int landmark, int pose, const Eigen::Vec
   measurement.x = x;
   measurement.sigma = sigma;
   landmarks_.at(landmark).measurements.push_back(measurement);
+  landmarks_[landmark].changed = true;
+}
+
+template <class Predicate>
+void InformationFilter::remove_measurements(FilterLandmark& landmark, Predicate predicate) {
+  if (std::none_of(landmark.measurements.begin(), landmark.measurements.end(), predicate)) return;
+  system_.before_removal(landmark);
+  std::erase_if(landmark.measurements, predicate);
+  landmark.changed = true;
 }
 
 void InformationFilter::remove_measurement(int landmark, int pose) {
-  std::erase_if(landmarks_.at(landmark).measurements,
-                [pose](const PointMeasurement& m) { return m.pose == pose; });
+  remove_measurements(landmarks_.at(landmark),
+                      [pose](const PointMeasurement& m) { return m.pose == pose; });
 }
 
 void InformationFilter::remove_landmark(int landmark) {
-  landmarks_.at(landmark).measurements.clear();
+  remove_measurements(landmarks_.at(landmark), [](const PointMeasurement&) { return true; });
 }
 
 bool InformationFilter::add_edge(int i, int j, const RelativePose& pose) {
@@ -113,6 +125,7 @@ std::size_t InformationFilter::linearize_moved() {
       Eigen::Vector2d predicted;
       if (!projectors[m.pose](landmark.position, predicted)) {
         // Behind the camera: without weight until the outlier test takes it out.
+        landmark.changed = landmark.changed || m.linearized;
         m.d_pose.setZero(), m.d_landmark.setZero(), m.residual.setZero();
         m.linearized = false;
         continue;
@@ -126,6 +139,7 @@ std::size_t InformationFilter::linearize_moved() {
       m.residual = root * residual;
       m.predicted = predicted;
       m.linearized = true;
+      landmark.changed = true;
       ++count;
     }
   }
@@ -151,25 +165,25 @@ void InformationFilter::linearize_edge(FilterEdge& edge) const {
 }
 
 bool InformationFilter::solve(bool same_pattern, Eigen::VectorXd& delta_poses) {
-  if (!same_pattern) reduced_ = reduced_pattern(num_poses(), landmarks_, edges_);
-  Eigen::VectorXd right_side;
-  reduce(landmarks_, edges_, reduced_, right_side);
-  add_scale_gauge(gauge_, poses_[1].translation - poses_[0].translation, reduced_, right_side);
-  if (!cholesky_.factor(reduced_, same_pattern)) return false;
-  delta_poses = cholesky_.solve(right_side);
+  system_.sum(num_poses(), landmarks_, edges_, same_pattern);
+  system_.add_scale_gauge(gauge_, poses_[1].translation - poses_[0].translation);
+  if (!cholesky_.factor(system_.matrix(), same_pattern)) return false;
+  delta_poses = cholesky_.solve(system_.right_side());
   return delta_poses.allFinite();
 }
 
-// mu <- mu + delta, and the part of each residual that this explains is taken off it.
+// mu <- mu + delta, and the part of each residual that this explains is taken off it. A landmark's
+// step is V^-1 (b - W' delta): what its poses' step leaves of the residuals.
 void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
   for (FilterLandmark& landmark : landmarks_) {
-    if (landmark.measurements.empty()) continue;
-    const Eigen::Vector3d step = landmark_step(landmark, delta_poses);
-    landmark.position += step;
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
     for (PointMeasurement& m : landmark.measurements) {
-      m.residual.noalias() -= m.d_landmark * step;
       if (m.pose > 0) m.residual.noalias() -= m.d_pose * delta_poses.segment<6>(6 * (m.pose - 1));
+      b.noalias() += m.d_landmark.transpose() * m.residual;
     }
+    const Eigen::Vector3d step = landmark.v_inverse * b;
+    landmark.position += step;
+    for (PointMeasurement& m : landmark.measurements) m.residual.noalias() -= m.d_landmark * step;
   }
   for (FilterEdge& edge : edges_) {
     RelativePoseLinearization& at = edge.linearization;
@@ -184,11 +198,10 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
 
 void InformationFilter::drop_sights(double gate, FilterUpdate& update) {
   for (int l = 0; l < num_landmarks(); ++l) {
-    std::erase_if(landmarks_[l].measurements, [&](const PointMeasurement& m) {
-      if (error(l, m) <= gate) return false;
-      update.dropped.push_back({l, m.pose});
-      return true;
-    });
+    const auto is_off = [&](const PointMeasurement& m) { return !(error(l, m) <= gate); };
+    for (const PointMeasurement& m : landmarks_[l].measurements)
+      if (is_off(m)) update.dropped.push_back({l, m.pose});
+    remove_measurements(landmarks_[l], is_off);
   }
 }
 
@@ -251,7 +264,9 @@ FilterUpdate InformationFilter::update() {
   drop_sights(options_.gate_sigma, result);
   correlation_ = measure_correlation(landmarks_, poses_);
   for (FilterLandmark& landmark : landmarks_)
-    if (!landmark.measurements.empty()) landmark.covariance = conditional_covariance(landmark);
+    if (!landmark.measurements.empty())
+      landmark.covariance =
+          landmark.changed ? conditional_covariance(landmark) : landmark.v_inverse;
   return result;
 }
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "filter/filter_state.h"
-#include "filter/schur.h"
+#include "filter/reduced_system.h"
 #include "filter/sight_correlation.h"
 #include "filter/sparse_cholesky.h"
 #include "geometry/rigid3.h"
@@ -93,12 +93,14 @@ class InformationFilter {
                    std::vector<PoseBlock>& of_poses, std::vector<Eigen::Matrix3d>& of_landmarks);
 
  private:
+  template <class Predicate>
+  void remove_measurements(FilterLandmark& landmark, Predicate predicate);
   std::size_t linearize_moved();
   bool solve(bool same_pattern, Eigen::VectorXd& delta_poses);
   void apply(const Eigen::VectorXd& delta_poses);
   void linearize_edge(FilterEdge& edge) const;
   bool settle(FilterUpdate& update);
-  bool knows(int pose) const { return solved_ && pose >= 0 && pose <= reduced_.size; }
+  bool knows(int pose) const { return solved_ && pose >= 0 && pose <= system_.matrix().size; }
   void drop_sights(double gate, FilterUpdate& update);
   bool drop_edges(FilterUpdate& update);
 
@@ -110,8 +112,8 @@ class InformationFilter {
   double edge_variance_ = 1;  // what the edges' covariances are multiplied by
   ScaleGauge gauge_;          // of the first two poses, as they were at the first update
   bool has_gauge_ = false;
-  bool solved_ = false;  // `cholesky_` holds the factor of the last update's matrix
-  BlockMatrix reduced_;  // S, over all poses but the first
+  bool solved_ = false;   // `cholesky_` holds the factor of the last update's matrix
+  ReducedSystem system_;  // over all poses but the first
   SparseCholesky cholesky_;
   SightCorrelation correlation_;  // as of the last update
 };

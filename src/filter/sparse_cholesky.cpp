@@ -18,6 +18,18 @@ void pin_blas_to_one_thread() {
     set(1);
 }
 
+// And it asks OpenMP for four threads for loops that are over before those are awake: a tenth of
+// the mapping's CPU time. OpenMP keeps the limit by thread.
+void keep_this_thread_from_forking() {
+  using SetLevels = void (*)(int);
+  thread_local const bool once = [] {
+    if (auto* set = reinterpret_cast<SetLevels>(dlsym(RTLD_DEFAULT, "omp_set_max_active_levels")))
+      set(0);
+    return true;
+  }();
+  static_cast<void>(once);
+}
+
 }  // namespace
 
 void BlockMatrix::set_zero() {
@@ -97,6 +109,7 @@ SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
 bool SparseCholesky::factor(const BlockMatrix& matrix, bool same_pattern) {
+  keep_this_thread_from_forking();
   Cholmod& c = *cholmod_;
   const bool reuse = same_pattern && c.factor != nullptr && c.matrix != nullptr &&
                      c.matrix->ncol == static_cast<std::size_t>(matrix.size) * kPoseDof;
