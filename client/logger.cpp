@@ -5,6 +5,7 @@
 
 #include "convert/channel.h"
 #include "names.h"
+#include "sequence/decisions_file.h"
 #include "sequence/ply.h"
 #include "sequence/tum.h"
 
@@ -95,8 +96,8 @@ Logger::Opened Logger::open(const std::filesystem::path& folder, const std::stri
             folder.string() + ": cannot be made (" + error.message() + "); give another folder"};
   Opened opened;
   opened.logger.reset(new Logger(folder, camera, bus));
-  for (const std::ofstream* file :
-       {&opened.logger->trajectory_, &opened.logger->poses_, &opened.logger->statuses_})
+  for (const std::ofstream* file : {&opened.logger->trajectory_, &opened.logger->poses_,
+                                    &opened.logger->statuses_, &opened.logger->decisions_})
     if (!*file)
       return {nullptr, folder.string() + ": files in it cannot be written; give another folder"};
   return opened;
@@ -108,7 +109,8 @@ Logger::Logger(const std::filesystem::path& folder, const std::string& camera, B
       bus_(bus),
       trajectory_(folder / "trajectory.tum"),
       poses_(folder / "poses.jsonl"),
-      statuses_(folder / "status.jsonl") {
+      statuses_(folder / "status.jsonl"),
+      decisions_(folder / "decisions.jsonl") {
   const auto subscribe = [&](std::string_view of, ChannelKind kind,
                              void (Logger::*handler)(const std::string&, Bytes)) {
     bus.subscribe(channel_pattern(of, kind), kQueue,
@@ -119,6 +121,7 @@ Logger::Logger(const std::filesystem::path& folder, const std::string& camera, B
   subscribe(camera, ChannelKind::kPose, &Logger::receive_pose);
   subscribe(camera, ChannelKind::kStatus, &Logger::receive_status);
   subscribe(camera, ChannelKind::kMap, &Logger::receive_map);
+  subscribe(camera, ChannelKind::kDecision, &Logger::receive_decision);
   if (!camera.empty() && camera != kNoCamera)
     subscribe(kNoCamera, ChannelKind::kStatus, &Logger::receive_status);
 }
@@ -176,6 +179,16 @@ void Logger::receive_status(const std::string&, Bytes bytes) {
   last_status_ = std::move(status.value);
 }
 
+void Logger::receive_decision(const std::string&, Bytes bytes) {
+  const auto decision = decode_decision(bytes);
+  if (!decision.ok()) {
+    ++counts_.malformed;
+    return;
+  }
+  take(decision.value.origin);
+  decisions_ << line_of(decision.value.decision) << '\n' << std::flush;
+}
+
 void Logger::receive_map(const std::string&, Bytes bytes) {
   const auto part = decode_map_part(bytes);
   if (!part.ok()) {
@@ -189,7 +202,7 @@ void Logger::receive_map(const std::string&, Bytes bytes) {
 
 std::string Logger::finish() {
   map_.finish();
-  for (std::ofstream* file : {&trajectory_, &poses_, &statuses_})
+  for (std::ofstream* file : {&trajectory_, &poses_, &statuses_, &decisions_})
     if (!file->flush()) return folder_.string() + ": could not be written to the end; is it full?";
   return write_ply(folder_ / "map.ply", map_.map().points());
 }

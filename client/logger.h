@@ -1,6 +1,6 @@
 // Writes what a server publishes into a folder: trajectory.tum (the tracked poses, the same text as
-// the server's own), poses.jsonl and status.jsonl (everything, a line a message), and in the end
-// map.ply from the map's updates.
+// the server's own), poses.jsonl and status.jsonl (everything, a line a message), decisions.jsonl
+// (for a replay), and in the end map.ply from the map's updates.
 #pragma once
 
 #include <chrono>
@@ -12,6 +12,7 @@
 #include <string>
 
 #include "bus/bus.h"
+#include "convert/decision_message.h"
 #include "convert/map_assembler.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
@@ -50,6 +51,7 @@ class Logger {
 
   void receive_pose(const std::string& channel, Bytes bytes);
   void receive_status(const std::string& channel, Bytes bytes);
+  void receive_decision(const std::string& channel, Bytes bytes);
   void receive_map(const std::string& channel, Bytes bytes);
   bool is_mine(const std::string& channel);
   void take(const Origin& origin);
@@ -57,7 +59,7 @@ class Logger {
   std::filesystem::path folder_;
   std::string camera_;
   Bus& bus_;
-  std::ofstream trajectory_, poses_, statuses_;
+  std::ofstream trajectory_, poses_, statuses_, decisions_;
   MapAssembler map_;
   Counts counts_;
   std::optional<std::int64_t> server_epoch_;  // of the server that maps the camera

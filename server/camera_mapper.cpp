@@ -44,7 +44,10 @@ const ServerConfig& checked(const ServerConfig& config) {
 }  // namespace
 
 CameraMapper::CameraMapper(const ServerConfig& config)
-    : config_(checked(config)), extractor_(config.features), camera_(config.camera) {}
+    : config_(checked(config)), extractor_(config.features), camera_(config.camera) {
+  if (config_.live_handover().when != Handover::When::kAtOnce)
+    keyframes_.emplace(config_.live_handover());
+}
 
 const Camera* CameraMapper::calibration_of(const std::string& camera) const {
   if (config_.calibration) return &*config_.calibration;
@@ -120,7 +123,9 @@ void CameraMapper::begin_map(const std::string& camera, const Camera& calibratio
   map_seq_ = 0;
   record_ = {};
   timer_ = {};
+  if (keyframes_) keyframes_->discard();
   mapper_.emplace(calibration, config_.mapper);
+  if (keyframes_) mapper_->set_keyframe_runner(&*keyframes_, true);
   mapper_->set_step_observer([this](std::string_view step, bool begins) {
     timer_.observe(step, begins);
     if (step_observer_) step_observer_(step, begins);
@@ -155,6 +160,7 @@ CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes byte
   // The size of a bad frame says nothing.
   if (!frame.ok() && to_be_guessed && guessed_.erase(channel.camera) > 0)
     calibrations_.erase(channel.camera);
+  if (keyframes_) timer_.add("keyframe", keyframes_->take_busy_ms());
   timer_.end_frame();
   record_.add(mapped.result);
   return mapped;
@@ -211,7 +217,7 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
 void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
   try {
     mapped.result = mapper_->process(frame);
-    if (mapped.result.map_updated) mapped.update = mapper_->map_update();
+    if (mapped.result.map_updated) mapped.update = next_update();
   } catch (const std::invalid_argument& error) {
     // A fault of ours, met before anything was done: it costs this frame.
     mapped.result = rejected(Reason::kInternalError, error.what());
@@ -224,15 +230,29 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
         rejected(Reason::kFilterFailed, std::string("the map was given up: ") + error.what());
     return;
   }
-  if (mapped.update) {
-    mapped.update->map_id += map_id_offset_;
-    map_seq_ = mapped.update->seq;
-  }
   if (mapped.result.map_id > 0) {
     mapped.result.map_id += map_id_offset_;
     mapped.result.map_seq = map_seq_;
     last_map_id_ = mapped.result.map_id;
   }
+}
+
+MapUpdate CameraMapper::next_update() {
+  MapUpdate update = mapper_->map_update();
+  update.map_id += map_id_offset_;
+  map_seq_ = update.seq;
+  return update;
+}
+
+std::optional<MapUpdate> CameraMapper::adopt_keyframe(bool wait) {
+  if (!maps_beside() || (!wait && !keyframes_->is_done())) return std::nullopt;
+  try {
+    if (mapper_->settle()) return next_update();
+  } catch (const std::exception&) {
+    begin_map(camera_, *calibration_of(camera_));  // as where a frame meets it: map()
+    throw;
+  }
+  return std::nullopt;
 }
 
 // As soon as the header is known: a frame that is refused has arrived all the same.

@@ -1,5 +1,5 @@
 // One camera's mapping as its messages come in: calibrations, images or feature frames. Knows no
-// network and no thread, and no clock but the step timer's.
+// network, no thread but that of the keyframes, and no clock but the step timer's.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +15,7 @@
 #include "features/extractor.h"
 #include "mapper.h"
 #include "server/config.h"
+#include "server/keyframe_worker.h"
 #include "server/run_record.h"
 #include "server/step_timer.h"
 #include "server/stream_book.h"
@@ -50,6 +51,11 @@ class CameraMapper {
   // `received_us`: the server's clock at its reception, for the book of streams alone; 0 unknown.
   Mapped take_frame(const Channel& channel, Bytes bytes, std::int64_t received_us = 0);
 
+  // A keyframe's job that is done needs no frame to be adopted; nothing when none is. With `wait`:
+  // one that still runs too.
+  std::optional<MapUpdate> adopt_keyframe(bool wait);
+  bool maps_beside() const { return keyframes_ && keyframes_->has_job(); }
+
   // Frames that the server itself dropped before the next one are no gap in their numbers.
   void note_dropped(std::int64_t frames) { dropped_ += frames; }
 
@@ -77,6 +83,7 @@ class CameraMapper {
   Decoded<FeatureFrame> read_frame(const Channel& channel, Bytes bytes, const Camera& known);
   Decoded<FeatureFrame> read_image(const Channel& channel, Bytes bytes, const Camera& known);
   void map(const FeatureFrame& frame, Mapped& mapped);
+  MapUpdate next_update();
   void begin_map(const std::string& camera, const Camera& calibration);
   void note_arrival(std::int64_t publisher, std::int64_t seq, std::int64_t time_us);
   void guess_calibration(const Channel& channel, Bytes bytes);
@@ -86,6 +93,7 @@ class CameraMapper {
   std::map<std::string, Camera> calibrations_;  // in use, by camera, from messages
   std::map<std::string, Camera> pending_;       // the last one heard that is not in use
   std::string camera_;
+  std::optional<KeyframeWorker> keyframes_;  // none: the mapper does it at once
   std::optional<Mapper> mapper_;
   // A mapper counts its maps from 1; what is published goes on counting from the mapper before.
   std::int64_t map_id_offset_ = 0, last_map_id_ = 0, map_seq_ = 0;

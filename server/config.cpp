@@ -215,6 +215,7 @@ std::string ServerConfig::problem() const {
   if (gray16_bits < 8 || gray16_bits > 16) return "gray16_bits: must be 8 to 16";
   if (hfov_deg != 0 && !(hfov_deg >= kMinHfovDeg && hfov_deg <= kMaxHfovDeg))
     return "hfov_deg: must be 10 to 150, or 0 for no guess";
+  if (handover_frames < -1) return "handover_frames: must be -1, 0 or a number of frames";
   if (max_queued_mib < 1) return "max_queued_mib: must be at least 1";
   if (max_part_bytes != 0 && max_part_bytes < static_cast<int>(kMinPartBytes))
     return "max_part_bytes: must be at least " + std::to_string(kMinPartBytes) +
@@ -257,6 +258,16 @@ ParsedConfig parse_config(const std::string& json_text, const ServerConfig& base
 
 std::string config_text(const ServerConfig& config) {
   return Writer::section(config).dump(2);
+}
+
+Handover ServerConfig::recorded_handover() const {
+  if (handover_frames < 1) return {};
+  return {Handover::When::kAfterFrames, handover_frames, {}};
+}
+
+Handover ServerConfig::live_handover() const {
+  if (handover_frames < 0 && input == InputMode::kNewest) return {Handover::When::kWhenDone, 0, {}};
+  return recorded_handover();
 }
 
 }  // namespace eifmap

@@ -10,6 +10,7 @@
 #include "geometry/camera.h"
 #include "options.h"
 #include "server/inbox.h"
+#include "server/keyframe_worker.h"
 
 namespace eifmap {
 
@@ -34,11 +35,18 @@ struct ServerConfig {
   // A camera without a calibration: the width of its view, from which a pinhole is guessed; 0: wait
   // for its calibration. The status says that it is guessed.
   double hfov_deg = 0;
+  // Keyframes go into the map beside the frames that come meanwhile. Before which frame after its
+  // own the result is adopted, waited for if need be; 0: at once, each keyframe's own pose waits
+  // for the map; -1: as soon as it is done, when live and with newest input, which the decisions
+  // record, else at once.
+  int handover_frames = -1;
   FeatureOptions features;
   MapperOptions mapper;
 
   std::string problem() const;  // "" or which value is wrong and why
   std::size_t part_bytes() const;
+  Handover live_handover() const;
+  Handover recorded_handover() const;  // of recorded images
 };
 
 struct ParsedConfig {

@@ -110,7 +110,8 @@ void visit_fields(O& o, auto&& visit) {
   visit("start", o.start);
   visit("older_reference", o.older_reference);
   visit("fall_back", o.fall_back);
-  visit("second_radius_px", o.second_radius_px);
+  visit("search_sigma", o.search_sigma);
+  visit("second_search", o.second_search);
   visit("refine", o.refine);
   visit("min_inlier_ratio", o.min_inlier_ratio);
 }
@@ -192,6 +193,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("status_period_s", o.status_period_s);
   visit("calibration", o.calibration);
   visit("hfov_deg", o.hfov_deg);
+  visit("handover_frames", o.handover_frames);
   visit("features", o.features);
   visit("mapper", o.mapper);
 }

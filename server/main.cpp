@@ -76,6 +76,7 @@ int run_recorded(SequenceRunOptions options, const ServerConfig& config, StopSig
         "--sequence needs --output FOLDER, for trajectories, map and report");
   options.features = config.features;
   options.mapper = config.mapper;
+  options.handover = config.recorded_handover();
   ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
   bool interrupted = false;
   const auto progress = [&](int done, int total) {
@@ -190,6 +191,9 @@ void add_options(CLI::App& app, Options& options) {
       ->group(kRecorded);
   app.add_option("--jitter-px", sequence.jitter_px, "noise added to the features' places, px")
       ->check(number_in(0))
+      ->group(kRecorded);
+  app.add_option("--decisions", sequence.decisions,
+                 "decisions.jsonl of a live run of these images: decide as it did")
       ->group(kRecorded);
   app.add_option("--seed", sequence.seed, "of that noise")->group(kRecorded);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "convert/decision_message.h"
 #include "server/clock.h"
 
 namespace eifmap {
@@ -16,6 +17,9 @@ constexpr int kQueuedLossless = 2000;  // and of parts, of which a frame may hav
 
 // Changes of the reason alone are told at most this often: some alternate from frame to frame.
 constexpr milliseconds kReasonPeriod(200);
+
+// How often a keyframe that runs beside is looked after while no frame comes.
+constexpr milliseconds kKeyframePeriod(3), kNever(60'000);
 
 // A map that was just made leaves within this time, or not at all.
 constexpr std::chrono::seconds kLastSend(5);
@@ -75,6 +79,7 @@ void MappingServer::receive(const std::string& channel, Bytes bytes) {
 
 void MappingServer::run() {
   while (!stopping_) guarded([this] { take_turn(); });
+  guarded([this] { adopt_keyframe(true); });
   const Clock::time_point give_up = Clock::now() + kLastSend;
   guarded([&] {
     for (auto next = send_parts(); next && *next < give_up; next = send_parts())
@@ -102,9 +107,13 @@ void MappingServer::take_turn() {
   if (Clock::now() >= next_status_) publish_status(true);
   const Clock::time_point deadline = std::min(
       {next_status_, send_parts().value_or(next_status_),
-       Clock::now() + std::chrono::duration_cast<Clock::duration>(PartCollector::kSilence) / 2});
+       Clock::now() + std::chrono::duration_cast<Clock::duration>(PartCollector::kSilence) / 2,
+       Clock::now() + (maps_beside_ ? kKeyframePeriod : kNever)});
   const std::optional<Received> message = inbox_.take(deadline);
-  if (!message) return parts_.give_up_silent(Clock::now());
+  if (!message) {
+    parts_.give_up_silent(Clock::now());
+    return adopt_keyframe(false);
+  }
   if (message->channel.kind == ChannelKind::kCalibration)
     take_calibration(*message);
   else
@@ -128,7 +137,15 @@ void MappingServer::take_frame(const Received& message) {
   }
   // Every frame is counted once, so that who waits for an answer to each does not wait for ever.
   board_.note_frame(mapped.result, message.time, Clock::now());
-  if (mapped.update) publish_map(*mapped.update, mapped.result.time_us);
+  if (!mapped.result.rejected) last_time_us_ = mapped.result.time_us;
+  if (mapped.update) publish_map(*mapped.update, last_time_us_);
+  maps_beside_ = mapper_.maps_beside();
+}
+
+void MappingServer::adopt_keyframe(bool wait) {
+  const std::optional<MapUpdate> update = mapper_.adopt_keyframe(wait);
+  if (update) publish_map(*update, last_time_us_);
+  maps_beside_ = mapper_.maps_beside();
 }
 
 void MappingServer::select_camera(const std::string& camera) {
@@ -150,6 +167,8 @@ CameraMapper::Mapped MappingServer::map_frame(const Received& message) {
   if (!mapped.result.rejected) {
     const PublishedPose pose{{server_epoch_, mapper_.camera()}, mapped.result};
     send(channel_name(mapper_.camera(), ChannelKind::kPose), encode(to_message(pose)));
+    const PublishedDecision decision{pose.origin, decision_of(mapped.result)};
+    send(channel_name(mapper_.camera(), ChannelKind::kDecision), encode(to_message(decision)));
   }
   return mapped;
 }
@@ -213,7 +232,7 @@ void MappingServer::send(const std::string& channel, const std::vector<std::uint
 bool MappingServer::wait_until_idle(milliseconds timeout) {
   const Clock::time_point deadline = Clock::now() + timeout;
   while (inbox_.wait_until_idle(deadline) && Clock::now() < deadline) {
-    if (!parts_wait_) return true;
+    if (!parts_wait_ && !maps_beside_) return true;
     std::this_thread::sleep_for(milliseconds(1));
   }
   return false;

@@ -1,6 +1,8 @@
 // The live server: messages in from a bus, poses, map parts and status out.
 //
 //   receiving thread (the caller of bus.receive) -> Inbox -> mapping thread -> bus.publish
+//
+// The mapping thread tracks; keyframes go into the map in a third one (keyframe_worker.h).
 #pragma once
 
 #include <atomic>
@@ -62,6 +64,7 @@ class MappingServer {
   void select_camera(const std::string& camera);
   CameraMapper::Mapped map_frame(const Received& message);
   void publish_map(const MapUpdate& update, std::int64_t time_us);
+  void adopt_keyframe(bool wait);
   void tell_changes();
   status_t publish_status(bool new_period);
   std::optional<Clock::time_point> send_parts();
@@ -76,11 +79,12 @@ class MappingServer {
   CameraMapper mapper_;
   Outbox outbox_;
   StatusBoard board_;
+  std::int64_t last_time_us_ = 0;   // of the frame mapped last
   std::int64_t published_map_ = 0;  // the map of the parts in the outbox
   std::pair<TrackingState, Reason> told_{};
   Clock::time_point next_status_, next_reason_;
   std::atomic<std::int64_t> bad_channels_ = 0;
-  std::atomic<bool> parts_wait_ = false, stopping_ = false;
+  std::atomic<bool> parts_wait_ = false, maps_beside_ = false, stopping_ = false;
   std::thread thread_;
 };
 

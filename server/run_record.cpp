@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "names.h"
+#include "sequence/decisions_file.h"
 #include "sequence/ply.h"
 #include "sequence/tum.h"
 
@@ -41,9 +42,15 @@ Json steps_json(const StepTimer& timer) {
 
 std::string write_text(const std::filesystem::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
-  out << text << '\n';
+  out << text;
   out.close();
   return out ? "" : file.string() + ": cannot be written";
+}
+
+std::string lines_of(const std::vector<Decision>& decisions) {
+  std::string lines;
+  for (const Decision& decision : decisions) lines += line_of(decision) + "\n";
+  return lines;
 }
 
 double seconds(const timeval& time) {
@@ -79,6 +86,7 @@ double peak_rss_mib() {
 
 void RunRecord::add(const FrameResult& result) {
   ++frames_;
+  if (!result.rejected) decisions_.push_back(decision_of(result));
   if (result.rejected)
     ++rejected_[result.reason];
   else if (result.state == TrackingState::kTracking)
@@ -124,7 +132,8 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
         write_tum(folder / "trajectory_final.tum", final_trajectory),
         write_tum(folder / "keyframes.tum", mapper.keyframe_trajectory()),
         write_ply(folder / "map.ply", mapper.map_points()),
-        write_text(folder / "report.json", report.dump(1))})
+        write_text(folder / "decisions.jsonl", lines_of(decisions_)),
+        write_text(folder / "report.json", report.dump(1) + "\n")})
     if (!problem.empty()) return problem;
   return "";
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "decision.h"
 #include "mapper.h"
 #include "server/step_timer.h"
 
@@ -20,8 +21,8 @@ class RunRecord {
   // (FeatureExtractor::roll_is_sure).
   void add_unseen_roll() { ++rolls_unseen_; }
 
-  // Writes trajectory.tum, trajectory_final.tum, keyframes.tum, map.ply and report.json into
-  // `folder`, made when it is not there. Returns "" or what went wrong.
+  // Writes trajectory.tum, trajectory_final.tum, keyframes.tum, decisions.jsonl, map.ply and
+  // report.json into `folder`, made when it is not there. Returns "" or what went wrong.
   std::string write(const std::filesystem::path& folder, const Mapper& mapper,
                     const StepTimer& timer, const std::string& source) const;
 
@@ -32,6 +33,7 @@ class RunRecord {
   int rolls_unseen_ = 0;
   std::map<Reason, std::int64_t> rejected_;
   std::vector<TimedPose> published_;
+  std::vector<Decision> decisions_;
 };
 
 // Makes the folder, and returns "" or why nothing can be written there: before the work, not after.

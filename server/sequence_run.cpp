@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "capture/open_source.h"
 #include "features/front_end.h"
 #include "server/image_decoder.h"
 #include "server/jitter.h"
+#include "server/replay.h"
 #include "server/run_record.h"
 
 namespace eifmap {
@@ -49,7 +51,14 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   RunRecord record;
   Jitter jitter(options.jitter_px, options.seed);
   FeatureExtractor extractor(options.features);
+  Replay replay;
+  if (!options.decisions.empty())
+    if (std::string problem = replay.open(options.decisions); !problem.empty()) return problem;
+  const Handover handover = replay.is_open() ? replay.handover() : options.handover;
+  std::optional<KeyframeWorker> keyframes;
+  if (handover.recorded || handover.when != Handover::When::kAtOnce) keyframes.emplace(handover);
   Mapper mapper(sequence.camera(), options.mapper);
+  if (keyframes) mapper.set_keyframe_runner(&*keyframes, false);
   mapper.set_step_observer(
       [&](std::string_view step, bool begins) { timer.observe(step, begins); });
 
@@ -84,19 +93,23 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
       stopped = true;
       break;
     }
+    if (replay.is_open() && !replay.takes(sequence.time_us(static_cast<int>(i)))) continue;
     timer.begin_frame();
     const FrameResult result = map_image(static_cast<int>(i));
+    if (keyframes) timer.add("keyframe", keyframes->take_busy_ms());
     timer.end_frame();
+    if (replay.is_open()) replay.compare(result);
     if (result.rejected && refusal.empty()) refusal = result.detail;
     taken = taken || !result.rejected;
     record.add(result);
   }
+  mapper.settle();
   progress(record.frames(), stopped ? total : record.frames());
   std::string problem = record.write(options.output, mapper, timer, options.sequence);
   if (problem.empty() && !taken && record.frames() > 0)
     problem =
         "none of the " + std::to_string(record.frames()) + " images could be used: " + refusal;
-  return problem;
+  return problem.empty() && !stopped ? replay.departure() : problem;
 }
 
 }  // namespace eifmap

@@ -9,6 +9,7 @@
 #include "features/extractor.h"
 #include "options.h"
 #include "sequence/sequence_options.h"
+#include "server/keyframe_worker.h"
 
 namespace eifmap {
 
@@ -21,6 +22,9 @@ struct SequenceRunOptions {
   std::uint64_t seed = 1;  // of the noise
   FeatureOptions features;
   MapperOptions mapper;
+  Handover handover;  // kAtOnce or kAfterFrames
+  // Of a live run: only its frames are taken, and what it decided by timing is decided alike.
+  std::filesystem::path decisions;
   SequenceOptions images;  // what is added to the images
 };
 
@@ -33,8 +37,8 @@ using Progress = std::function<bool(int done, int total)>;
 using Note = std::function<void(const std::string&)>;
 
 // As fast as it can, in the caller's thread; the same input gives the same files, timings apart.
-// Returns "" or what went wrong, also when not one image could be used. Throws
-// std::invalid_argument on options out of range.
+// Returns "" or what went wrong, also when not one image could be used or a replay of decisions
+// came out otherwise. Throws std::invalid_argument on options out of range.
 std::string run_sequence(const SequenceRunOptions& options, const Progress& progress,
                          const Note& note = {});
 

@@ -33,6 +33,13 @@ void StepTimer::observe(std::string_view name, bool begins) {
   }
 }
 
+void StepTimer::add(std::string_view step, double ms) {
+  if (!(ms > 0)) return;
+  Step& timed = steps_.try_emplace(std::string(step)).first->second;
+  timed.ran = true;
+  timed.frame_ms += ms;
+}
+
 void StepTimer::end_frame() {
   observe(kWholeFrame, false);
   for (auto& [name, step] : steps_) {

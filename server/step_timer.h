@@ -21,6 +21,8 @@ class StepTimer {
   // Steps may nest and may run several times in a frame: their times add up. Fits
   // Mapper::set_step_observer.
   void observe(std::string_view step, bool begins);
+  // A step of the current frame that another clock has timed.
+  void add(std::string_view step, double ms);
   void end_frame();
 
   bool is_empty() const { return steps_.empty(); }  // nothing was ever told to it

@@ -44,6 +44,9 @@ struct FrameResult {
   int num_matches = 0, num_inliers = 0;
   bool rejected = false;     // bad input: the map is untouched
   bool map_updated = false;  // Mapper::map_update() has news
+  // The keyframe's job that was adopted since the frame before, 0 none: what a live run decides by
+  // timing (keyframe_job.h).
+  std::int64_t adopted_job = 0;
 };
 
 // Users are given a pose's covariance as of (centre, rotation); inside it is of (rotation, centre).

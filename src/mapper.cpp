@@ -9,6 +9,7 @@
 #include "map/audit.h"
 #include "map/frame_covariance.h"
 #include "map/keyframe_insertion.h"
+#include "map/keyframe_work.h"
 #include "map/live_map.h"
 #include "map/map_start.h"
 #include "map/tracking.h"
@@ -50,10 +51,17 @@ struct Mapper::State {
   std::int64_t map_id = 0;
   MapSign map_sign;  // of the map, or of the one to come until its start has chosen
   std::optional<std::int64_t> last_time_us, lost_since_us;
+  // Lost for want of a good image, not by what the map said: a good one may go on where it was.
+  bool may_go_on = false;
   std::optional<std::pair<Extractor, std::int16_t>> extractor;  // the map's, or the stream's
   std::int64_t publisher = 0;  // of the stream of frames; 0 unknown
   int old_times = 0;           // frames in a row that were refused for their time
   MapperStatistics statistics;
+  KeyframeRunner* runner = nullptr;
+  bool with_updates = false;
+  bool job_runs = false;         // in the runner
+  std::int64_t jobs = 0;         // started so far
+  std::int64_t adopted_job = 0;  // since the last frame; 0 none
 
   FrameCheck check(const FeatureFrame& frame);
   bool begins_stream(const FeatureFrame& frame) const;
@@ -63,11 +71,17 @@ struct Mapper::State {
   void start_map(ObservedFrame observed, FrameResult& result);
   void track(ObservedFrame observed, FrameResult& result);
   void find_again(ObservedFrame observed, FrameResult& result);
+  Tracking try_to_go_on(const ObservedFrame& observed);
   Tracking try_relocalize(const ObservedFrame& observed);
   void accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
-  void add_keyframe(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
+  void add_keyframe(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking,
+                    FrameResult& result);
+  KeyframeJob make_job(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking);
+  Reason adopt(KeyframeJob job);
+  void adopt_beside(FrameResult& result);
   void set_covariance(bool known, const PoseBlock& covariance, FrameResult& result) const;
   void count(const FrameResult& result);
+  void count_map();
   const FinishedMap* largest(FinishedMap& scratch) const;
 };
 
@@ -84,7 +98,7 @@ void Mapper::State::begin_stream(const FeatureFrame& frame) {
   last_time_us.reset();
   start.reset();
   if (live)
-    lost_since_us = frame.time_us;
+    lost_since_us = frame.time_us, may_go_on = false;
   else
     extractor.reset();
 }
@@ -124,23 +138,23 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
     if (!finished || old.trajectory.size() > finished->trajectory.size()) finished = std::move(old);
   }
   live.emplace(std::move(begun.started->map));
-  map_sign = live->map.keyframe(0).observed.map_sign;
+  map_sign = live->map().keyframe(0).observed().map_sign;
   ++map_id;
   ++statistics.starts;
   lost_since_us.reset();
   for (const TimedPose& posed : begun.started->posed)
-    live->log.add(posed.time_us, 0, live->map.pose(0).inverse() * posed.world_from_camera);
+    live->log.add(posed.time_us, 0, live->map().pose(0).inverse() * posed.world_from_camera);
   live->log.add(time_us, 1, Rigid3());
   live->reference = 1;
-  live->last = {live->map.pose(1)};
+  live->last = {live->map().pose(1)};
   result.state = TrackingState::kTracking;
   result.source = PoseSource::kStartSet;
   result.map_from_camera = live->last.pose;
   result.reference_keyframe = 1;
-  result.num_inliers = live->map.num_landmarks();
+  result.num_inliers = live->map().num_landmarks();
   result.map_updated = true;
   PoseBlock covariance;
-  set_covariance(live->map.filter().pose_covariance(1, covariance), covariance, result);
+  set_covariance(live->map().filter().pose_covariance(1, covariance), covariance, result);
 }
 
 // Never zero or identity for unknown: kNone says so. A filter that keeps its first linearization
@@ -158,6 +172,7 @@ void Mapper::State::set_covariance(bool known, const PoseBlock& covariance,
 
 void Mapper::State::lose(std::int64_t time_us, FrameResult& result) {
   lost_since_us = time_us;
+  may_go_on = false;
   ++statistics.losses;
   start.reset();
   result.state = TrackingState::kLost;
@@ -168,7 +183,7 @@ void Mapper::State::lose(std::int64_t time_us, FrameResult& result) {
 // [WD10] IV: the first keyframes may be posed by plain triangulation.
 MapperOptions Mapper::State::tracking_options() const {
   MapperOptions now = options;
-  if (live->map.num_keyframes() < 2 + options.start.triangulated_keyframes)
+  if (live->map().num_keyframes() < 2 + options.start.triangulated_keyframes)
     now.tracking.start = PoseStart::kTriangulation;
   return now;
 }
@@ -177,31 +192,58 @@ void Mapper::State::track(ObservedFrame observed, FrameResult& result) {
   Tracking tracking;
   {
     const Step step(observer, "track");
-    tracking = track_frame(live->map, observed, live->reference, live->last, tracking_options());
+    const auto try_once = [&] {
+      tracking =
+          track_frame(live->map(), observed, live->reference, live->last, tracking_options());
+    };
+    try_once();
+    // The keyframe in work may show what the map so far does not: late is better than lost.
+    if (!tracking.ok() && job_runs) {
+      adopt_beside(result);
+      if (!lost_since_us) try_once();
+    }
   }
   if (tracking.ok()) return accept(std::move(observed), tracking, result);
-  lose(observed.frame.time_us, result);
+  if (!lost_since_us) {
+    lose(observed.frame.time_us, result);
+    may_go_on = true;
+  }
+  result.state = TrackingState::kLost;
   result.reason = tracking.reason;
   result.detail = std::move(tracking.detail);
   result.num_matches = tracking.num_matches;
+}
+
+// A few spoilt images must not cost the good one after them. As certain as after a relocalization.
+Tracking Mapper::State::try_to_go_on(const ObservedFrame& observed) {
+  const double lost_s = 1e-6 * static_cast<double>(observed.frame.time_us - *lost_since_us);
+  Tracking tracking;
+  if (!may_go_on || lost_s >= options.lost.new_map_after_s) return tracking;
+  const Step step(observer, "track");
+  tracking = track_frame(live->map(), observed, live->reference, {live->last.pose, {0, 0, 0}},
+                         tracking_options(), 0);
+  if (static_cast<int>(tracking.sights.size()) < options.lost.min_inliers)
+    tracking.reason = Reason::kTooFewInliers;
+  return tracking;
 }
 
 Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
   const Step step(observer, "relocalize");
   // Where the camera was lost, the newest, and a few others in turn: a frame's time stays bounded.
   constexpr int kNear = 3, kNewest = 2, kOthers = 3;
-  const int n = live->map.num_keyframes();
-  std::vector<int> keyframes = live->map.covisible(live->reference, kNear);
+  const int n = live->map().num_keyframes();
+  std::vector<int> keyframes = live->map().covisible(live->reference, kNear);
   const auto add = [&keyframes](int k) {
     if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
   };
   for (int k = n - 1; k >= std::max(0, n - kNewest); --k) add(k);
   for (int k = 0; k < kOthers; ++k) add(live->next_to_try++ % n);
-  return relocalize(live->map, observed, keyframes, options);
+  return relocalize(live->map(), observed, keyframes, options);
 }
 
 void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
-  Tracking tracking = try_relocalize(observed);
+  Tracking tracking = try_to_go_on(observed);
+  if (!tracking.ok()) tracking = try_relocalize(observed);
   if (tracking.ok()) {
     lost_since_us.reset();
     start.reset();
@@ -217,13 +259,13 @@ void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
 }
 
 void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result) {
-  Map& map = live->map;
+  const Map& map = live->map();
   const bool continued = tracking.source != PoseSource::kRelocalized;
   const Eigen::Vector3d step = tracking.world_from_camera.translation - live->last.pose.translation;
   live->last = {tracking.world_from_camera, continued ? step : Eigen::Vector3d::Zero()};
   live->reference = better_reference(map, tracking);
-  map.keyframe(tracking.reference).num_tracked = std::max(
-      map.keyframe(tracking.reference).num_tracked, static_cast<int>(tracking.sights.size()));
+  int& most_tracked = live->most_tracked[static_cast<std::size_t>(tracking.reference)];
+  most_tracked = std::max(most_tracked, static_cast<int>(tracking.sights.size()));
   result.state = TrackingState::kTracking;
   result.source = tracking.source;
   result.map_from_camera = tracking.world_from_camera;
@@ -232,37 +274,93 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
       map.pose(tracking.reference).inverse() * tracking.world_from_camera;
   result.num_matches = tracking.num_matches;
   result.num_inliers = static_cast<int>(tracking.sights.size());
-  if (wants_keyframe(map, tracking, options))
-    return add_keyframe(std::move(observed), tracking, result);
+  const auto shared = std::make_shared<const ObservedFrame>(std::move(observed));
+  const bool as_keyframe = !job_runs && wants_keyframe(map, tracking, most_tracked, options);
+  if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
   PoseBlock covariance;
-  const bool known = frame_covariance(map, observed, tracking, options.absolute_pose, covariance);
+  const bool known = frame_covariance(map, *shared, tracking, options.absolute_pose, covariance);
   set_covariance(known, covariance, result);
-  live->log.add(observed.frame.time_us, tracking.reference, result.reference_from_camera);
+  live->log.add(result.time_us, tracking.reference, result.reference_from_camera);
+  if (!as_keyframe) return;
+  runner->start(make_job(shared, tracking));
+  job_runs = true;
 }
 
-void Mapper::State::add_keyframe(ObservedFrame observed, const Tracking& tracking,
-                                 FrameResult& result) {
+KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observed,
+                                    const Tracking& tracking) {
+  auto work = std::make_unique<KeyframeWork>();
+  work->id = ++jobs;
+  work->map_id = map_id;
+  work->options = options;
+  work->observed = std::move(observed);
+  work->tracking = tracking;
+  work->before = live->current;
+  work->after = std::move(live->spare);
+  if (runner && with_updates) work->news = std::move(live->news);
+  return KeyframeJob(std::move(work));
+}
+
+// The map with the keyframe becomes the map. With a reason it does not: nothing of it was seen.
+Reason Mapper::State::adopt(KeyframeJob job) {
+  KeyframeWork& work = job.work();
+  adopted_job = work.id;
+  if (work.news) live->news = std::move(*work.news);
+  if (work.insertion.reason != Reason::kNone) {
+    live->spare = std::move(work.after);
+    return work.insertion.reason;
+  }
+  // Where the camera is, seen from its reference, has not changed.
+  const Rigid3 now_from_before =
+      work.after->pose(live->reference) * live->map().pose(live->reference).inverse();
+  live->last.pose = now_from_before * live->last.pose;
+  live->last.step = now_from_before.rotation * live->last.step;
+  live->spare = std::exchange(live->current, std::move(work.after));
+  live->update = std::move(work.update);
+  live->most_tracked.push_back(static_cast<int>(work.tracking.sights.size()));
+  live->log.make_keyframe(work.observed->frame.time_us, work.insertion.keyframe);
+  live->reference = work.insertion.keyframe;
+  return Reason::kNone;
+}
+
+// What ran beside the frames since it was started.
+void Mapper::State::adopt_beside(FrameResult& result) {
+  job_runs = false;
+  KeyframeJob job = runner->finish();
+  if (!live || job.work().map_id != map_id) {  // of a map that was given up
+    adopted_job = job.id();
+    return;
+  }
+  const Reason reason = adopt(std::move(job));
+  if (reason == Reason::kNone)
+    result.map_updated = true;
+  else if (!lost_since_us)
+    lose(*last_time_us, result), ++statistics.reasons[reason];
+}
+
+void Mapper::State::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
+                                 const Tracking& tracking, FrameResult& result) {
   const Step step(observer, "keyframe");
-  const std::int64_t time_us = observed.frame.time_us;
-  Map& map = live->map;
-  const Insertion insertion = insert_keyframe(map, std::move(observed), tracking, options);
-  result.reason = insertion.reason;
-  result.map_updated = true;
-  if (insertion.reason != Reason::kNone) {
-    result.detail = "keyframe " + std::to_string(insertion.keyframe) + " with " +
+  const std::int64_t time_us = result.time_us;
+  KeyframeJob job = make_job(std::move(observed), tracking);
+  job.run();
+  const int keyframe = job.work().insertion.keyframe;
+  result.reason = adopt(std::move(job));
+  adopted_job = 0;
+  if (result.reason != Reason::kNone) {
+    result.detail = "keyframe " + std::to_string(keyframe) + " with " +
                     std::to_string(tracking.sights.size()) + " map features";
     return lose(time_us, result);
   }
-  live->log.add(time_us, insertion.keyframe, Rigid3());
-  live->reference = insertion.keyframe;
-  live->last.pose = map.pose(insertion.keyframe);
-  map.keyframe(insertion.keyframe).num_tracked = static_cast<int>(tracking.sights.size());
+  const Map& map = live->map();
+  result.map_updated = true;
+  live->log.add(time_us, keyframe, Rigid3());
+  live->last.pose = map.pose(keyframe);
   // The pose as the filter now has it is the better one, and what the frame's users get.
   result.map_from_camera = live->last.pose;
-  result.reference_keyframe = insertion.keyframe;
+  result.reference_keyframe = keyframe;
   result.reference_from_camera = Rigid3();
   PoseBlock covariance;
-  set_covariance(map.filter().pose_covariance(insertion.keyframe, covariance), covariance, result);
+  set_covariance(map.filter().pose_covariance(keyframe, covariance), covariance, result);
 }
 
 void Mapper::State::count(const FrameResult& result) {
@@ -274,12 +372,16 @@ void Mapper::State::count(const FrameResult& result) {
   ++statistics.frames;
   if (result.state == TrackingState::kTracking) ++statistics.tracked;
   ++statistics.sources[result.source];
+  if (result.map_updated) count_map();
+}
+
+void Mapper::State::count_map() {
   if (!live) return;
-  statistics.keyframes = live->map.num_keyframes();
-  statistics.landmarks = live->map.num_landmarks();
-  statistics.edges = live->map.filter().num_edges();
-  if (result.map_updated)
-    statistics.observations = static_cast<std::int64_t>(live->map.filter().num_measurements());
+  const Map& map = live->map();
+  statistics.keyframes = map.num_keyframes();
+  statistics.landmarks = map.num_landmarks();
+  statistics.edges = map.filter().num_edges();
+  statistics.observations = static_cast<std::int64_t>(map.filter().num_measurements());
 }
 
 const FinishedMap* Mapper::State::largest(FinishedMap& scratch) const {
@@ -316,6 +418,7 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     result.reason = check.reason;
     result.detail = check.detail;
   } else {
+    if (state.job_runs && state.runner->due(frame)) state.adopt_beside(result);
     state.last_time_us = frame.time_us;
     state.old_times = 0;
     state.publisher = frame.publisher;
@@ -333,13 +436,30 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
       state.track(std::move(observed), result);
   }
   result.map_id = state.map_id;
+  result.adopted_job = std::exchange(state.adopted_job, 0);
   state.count(result);
   return result;
 }
 
+void Mapper::set_keyframe_runner(KeyframeRunner* runner, bool with_updates) {
+  if (state_->job_runs) throw std::invalid_argument("Mapper: the runner has a job, settle() first");
+  state_->runner = runner;
+  state_->with_updates = with_updates;
+}
+
+bool Mapper::settle() {
+  if (!state_->job_runs) return false;
+  FrameResult result;
+  state_->adopt_beside(result);
+  state_->count_map();
+  return result.map_updated;
+}
+
 MapUpdate Mapper::map_update() {
   if (!state_->live) return {};
-  MapUpdate update = state_->live->news.since_last(state_->live->map);
+  LiveMap& live = *state_->live;
+  MapUpdate update =
+      live.update ? *std::exchange(live.update, std::nullopt) : live.news.since_last(live.map());
   update.map_id = state_->map_id;
   return update;
 }
@@ -367,11 +487,11 @@ std::vector<MapPoint> Mapper::map_points() const {
 }
 
 std::vector<KeyframeView> Mapper::keyframes() const {
-  return state_->live ? keyframe_views(state_->live->map) : std::vector<KeyframeView>();
+  return state_->live ? keyframe_views(state_->live->map()) : std::vector<KeyframeView>();
 }
 
 std::vector<std::string> Mapper::audit() const {
-  return state_->live ? eifmap::audit(state_->live->map) : std::vector<std::string>();
+  return state_->live ? eifmap::audit(state_->live->map()) : std::vector<std::string>();
 }
 
 void Mapper::set_step_observer(StepObserver observer) {

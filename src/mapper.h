@@ -9,6 +9,7 @@
 
 #include "frame.h"
 #include "geometry/camera.h"
+#include "keyframe_job.h"
 #include "map_view.h"
 #include "options.h"
 
@@ -23,10 +24,18 @@ class Mapper {
   Mapper& operator=(Mapper&&) noexcept;
 
   // One frame. Bad input comes back as rejected with its reason and changes nothing. A pure
-  // function of the frames so far: no clock, no threads.
+  // function of the frames so far, and of what the runner says is due: no clock, no threads.
   FrameResult process(const FeatureFrame& frame);
 
-  // What changed since the last call; the first one after a new map is a whole map.
+  // Keyframes go into the map beside process() from now on, run by `runner`, which must outlive the
+  // mapper or be taken out (null) after settle(). Without one, the default, process() does it
+  // itself. `with_updates`: map_update() will be asked for.
+  void set_keyframe_runner(KeyframeRunner* runner, bool with_updates);
+  // Waits for a job that is running and adopts it; true when the map has changed.
+  bool settle();
+
+  // What changed since the last call; the first one after a new map is a whole map. To be asked for
+  // when a frame or settle() says so.
   MapUpdate map_update();
 
   const MapperStatistics& statistics() const;

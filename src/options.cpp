@@ -83,7 +83,8 @@ MapperOptions MapperOptions::paper() {
   paper.tracking.refine = false;
   paper.tracking.older_reference = false;
   paper.tracking.fall_back = false;
-  paper.tracking.second_radius_px = 0;
+  paper.tracking.search_sigma = 0;
+  paper.tracking.second_search = false;
   paper.landmark.promote_omega_p = false;
   paper.landmark.min_views = 2;
   paper.filter.relinearize = Relinearize::kOnce;
@@ -93,8 +94,8 @@ MapperOptions MapperOptions::paper() {
 
 std::string MapperOptions::problem() const {
   if (!(sigma_factor > 0)) return say("sigma_factor", sigma_factor, "above 0");
-  if (!(tracking.second_radius_px >= 0))
-    return say("tracking.second_radius_px", tracking.second_radius_px, "0 or more");
+  if (!(tracking.search_sigma >= 0))
+    return say("tracking.search_sigma", tracking.search_sigma, "0 or more");
   if (!(tracking.min_inlier_ratio >= 0 && tracking.min_inlier_ratio <= 1))
     return say("tracking.min_inlier_ratio", tracking.min_inlier_ratio, "0 to 1");
   for (const std::string& problem :

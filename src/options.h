@@ -45,11 +45,12 @@ struct TrackingOptions {
   bool fall_back = true;
   // Refine all 6 DOF on the local map before the filter gets the pose. [WD10] does not.
   bool refine = true;
-  // Searched again this near to where the pose of the first search sees the landmarks; 0: once is
-  // enough, as in [WD10]. With one search at 8 px one run in seven of a hand-held recording changed
-  // its scale by a fifth on the way; at 3 px good sights are cut off, and NEES of simulated worlds
-  // rises from 6.5 to 7.8.
-  double second_radius_px = 5;
+  // Landmarks are looked for within so many sigmas of the innovation (the pose's, the landmark's
+  // and the keypoint's error together), where the pose's error is known; 0: anywhere within
+  // landmark.search_radius_px.
+  double search_sigma = 8;
+  // And once more from where the pose of the first search sees them. [WD10] does not.
+  bool second_search = true;
   // Of the landmarks found near their predicted places (or, in PnP, matched), the share that must
   // agree with the pose. Chance alone makes about one in ten agree with any pose.
   double min_inlier_ratio = 0.3;
@@ -74,7 +75,7 @@ struct LandmarkOptions {
   // wherever fewer than 120 were tracked, NEES in a recorded room was 12 instead of 6.
   int min_views_if_few = 2;
   int few_tracked = 60;         // landmarks
-  double search_radius_px = 8;  // guided search around the predicted pixel
+  double search_radius_px = 8;  // guided search: never further from the predicted pixel
   // No triangulation over a baseline of less than so many sigmas of the new keyframe's place: its
   // own error would make the depths.
   double min_baseline_sigma = 10;

@@ -13,7 +13,7 @@ inline constexpr std::size_t kMaxCameraName = 24;
 // In the place of a camera: the status of a server that has none yet.
 inline constexpr std::string_view kNoCamera = "server";
 
-enum class ChannelKind { kImage, kFeatures, kCalibration, kPose, kMap, kStatus };
+enum class ChannelKind { kImage, kFeatures, kCalibration, kPose, kMap, kStatus, kDecision };
 
 struct Channel {
   std::string camera;

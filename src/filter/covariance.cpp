@@ -16,7 +16,7 @@ PointSensitivity sensitivity(const FilterLandmark& landmark, const PointMeasurem
 // Sigma_pp of some poses: their blocks of S^-1, zero rows and columns for the gauge pose.
 class JointCovariance {
  public:
-  JointCovariance(std::vector<int> poses, int num_blocks, SparseCholesky& cholesky)
+  JointCovariance(std::vector<int> poses, int num_blocks, const SparseCholesky& cholesky)
       : poses_(std::move(poses)) {
     const auto columns = static_cast<Eigen::Index>(poses_.size() * kPoseDof);
     Eigen::MatrixXd selected = Eigen::MatrixXd::Zero(num_blocks * kPoseDof, columns);
@@ -64,7 +64,7 @@ Eigen::Matrix3d marginal(const FilterLandmark& landmark, const JointCovariance& 
 bool InformationFilter::covariances(const std::vector<int>& poses,
                                     const std::vector<int>& landmarks,
                                     std::vector<PoseBlock>& of_poses,
-                                    std::vector<Eigen::Matrix3d>& of_landmarks) {
+                                    std::vector<Eigen::Matrix3d>& of_landmarks) const {
   of_poses.clear();
   of_landmarks.clear();
   std::vector<int> needed = poses;
@@ -80,7 +80,7 @@ bool InformationFilter::covariances(const std::vector<int>& poses,
   return true;
 }
 
-bool InformationFilter::pose_covariance(int pose, PoseBlock& covariance) {
+bool InformationFilter::pose_covariance(int pose, PoseBlock& covariance) const {
   std::vector<PoseBlock> of_poses;
   std::vector<Eigen::Matrix3d> of_landmarks;
   if (!covariances({pose}, {}, of_poses, of_landmarks)) return false;
@@ -88,7 +88,7 @@ bool InformationFilter::pose_covariance(int pose, PoseBlock& covariance) {
   return covariance.allFinite();
 }
 
-bool InformationFilter::landmark_covariance(int landmark, Eigen::Matrix3d& covariance) {
+bool InformationFilter::landmark_covariance(int landmark, Eigen::Matrix3d& covariance) const {
   std::vector<PoseBlock> of_poses;
   std::vector<Eigen::Matrix3d> of_landmarks;
   if (!covariances({}, {landmark}, of_poses, of_landmarks)) return false;
@@ -97,8 +97,8 @@ bool InformationFilter::landmark_covariance(int landmark, Eigen::Matrix3d& covar
 }
 
 bool InformationFilter::propagate(const std::vector<PoseSensitivity>& sensitivities,
-                                  PoseBlock& covariance) {
-  if (!solved_) return false;
+                                  PoseBlock& covariance) const {
+  if (!cholesky_.has_factor()) return false;
   Eigen::MatrixXd functions = Eigen::MatrixXd::Zero(system_.matrix().size * kPoseDof, kPoseDof);
   for (const PoseSensitivity& s : sensitivities) {
     if (!knows(s.pose)) return false;

@@ -223,8 +223,8 @@ bool InformationFilter::settle(FilterUpdate& update) {
     if (i > 0 && moved == 0) break;
     update.relinearized += moved;
     Eigen::VectorXd delta;
-    solved_ = solve(i > 0, delta);
-    if (!solved_) {
+    if (!solve(i > 0, delta)) {
+      cholesky_ = SparseCholesky();
       poses_ = poses_before;
       for (std::size_t l = 0; l < landmarks_.size(); ++l) {
         landmarks_[l].position = positions_before[l];

@@ -79,18 +79,20 @@ class InformationFilter {
   // Marginal covariances, in the gauge: the first pose is where it is by definition, and the first
   // baseline keeps its length along its first direction. Errors of a track's sights are not
   // independent, and that is allowed for (sight_correlation.h). As of the last successful update;
-  // false before it, or for what was added after it.
+  // false before it, in a copy of the filter too, or for what was added after it. One thread at a
+  // time.
   //
   // Of one pose (w, dc).
-  bool pose_covariance(int pose, PoseBlock& covariance);
+  bool pose_covariance(int pose, PoseBlock& covariance) const;
   // Of a landmark's position (world): V^-1 + V^-1 W' Sigma_pp W V^-1 over the poses that see it.
-  bool landmark_covariance(int landmark, Eigen::Matrix3d& covariance);
+  bool landmark_covariance(int landmark, Eigen::Matrix3d& covariance) const;
   // Of a sum of linear functions of poses.
-  bool propagate(const std::vector<PoseSensitivity>& sensitivities, PoseBlock& covariance);
+  bool propagate(const std::vector<PoseSensitivity>& sensitivities, PoseBlock& covariance) const;
   // Of several poses and landmarks at once, which is faster than one by one. `poses`, `landmarks`:
   // handles without repetition.
   bool covariances(const std::vector<int>& poses, const std::vector<int>& landmarks,
-                   std::vector<PoseBlock>& of_poses, std::vector<Eigen::Matrix3d>& of_landmarks);
+                   std::vector<PoseBlock>& of_poses,
+                   std::vector<Eigen::Matrix3d>& of_landmarks) const;
 
  private:
   template <class Predicate>
@@ -100,7 +102,9 @@ class InformationFilter {
   void apply(const Eigen::VectorXd& delta_poses);
   void linearize_edge(FilterEdge& edge) const;
   bool settle(FilterUpdate& update);
-  bool knows(int pose) const { return solved_ && pose >= 0 && pose <= system_.matrix().size; }
+  bool knows(int pose) const {
+    return cholesky_.has_factor() && pose >= 0 && pose <= system_.matrix().size;
+  }
   void drop_sights(double gate, FilterUpdate& update);
   bool drop_edges(FilterUpdate& update);
 
@@ -112,9 +116,9 @@ class InformationFilter {
   double edge_variance_ = 1;  // what the edges' covariances are multiplied by
   ScaleGauge gauge_;          // of the first two poses, as they were at the first update
   bool has_gauge_ = false;
-  bool solved_ = false;   // `cholesky_` holds the factor of the last update's matrix
-  ReducedSystem system_;  // over all poses but the first
-  SparseCholesky cholesky_;
+  bool solved_ = false;           // `cholesky_` holds the factor of the last update's matrix
+  ReducedSystem system_;          // over all poses but the first
+  SparseCholesky cholesky_;       // of the last update's matrix; as new where that failed
   SightCorrelation correlation_;  // as of the last update
 };
 

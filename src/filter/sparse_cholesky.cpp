@@ -107,6 +107,16 @@ SparseCholesky::SparseCholesky() : cholmod_(std::make_unique<Cholmod>()) {}
 SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
+SparseCholesky::SparseCholesky(const SparseCholesky&) : SparseCholesky() {}
+SparseCholesky& SparseCholesky::operator=(const SparseCholesky& other) {
+  if (this != &other) *this = SparseCholesky();
+  return *this;
+}
+
+bool SparseCholesky::has_factor() const {
+  const cholmod_factor* f = cholmod_->factor;
+  return f != nullptr && f->xtype != CHOLMOD_PATTERN && f->minor == f->n;
+}
 
 bool SparseCholesky::factor(const BlockMatrix& matrix, bool same_pattern) {
   keep_this_thread_from_forking();
@@ -122,7 +132,7 @@ bool SparseCholesky::factor(const BlockMatrix& matrix, bool same_pattern) {
   }
   if (c.factor == nullptr) return false;
   cholmod_factorize(c.matrix, c.factor, &c.common);
-  return c.common.status == CHOLMOD_OK && c.factor->minor == c.factor->n;
+  return c.common.status == CHOLMOD_OK && has_factor();
 }
 
 Eigen::MatrixXd SparseCholesky::Cholmod::solve(int system, const Eigen::MatrixXd& b) {
@@ -144,11 +154,11 @@ Eigen::MatrixXd SparseCholesky::Cholmod::solve(int system, const Eigen::MatrixXd
   return x;
 }
 
-Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) {
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) const {
   return cholmod_->solve(CHOLMOD_A, b);
 }
 
-Eigen::MatrixXd SparseCholesky::whiten(const Eigen::MatrixXd& b) {
+Eigen::MatrixXd SparseCholesky::whiten(const Eigen::MatrixXd& b) const {
   return cholmod_->solve(CHOLMOD_L, cholmod_->solve(CHOLMOD_P, b));
 }
 

@@ -30,17 +30,22 @@ class SparseCholesky {
   ~SparseCholesky();
   SparseCholesky(SparseCholesky&&) noexcept;
   SparseCholesky& operator=(SparseCholesky&&) noexcept;
+  // A copy has no factor: it is as new.
+  SparseCholesky(const SparseCholesky&);
+  SparseCholesky& operator=(const SparseCholesky&);
 
   // False when the matrix is not positive definite. `same_pattern`: the pattern is that of the last
   // call, and its symbolic analysis is used again.
   bool factor(const BlockMatrix& matrix, bool same_pattern);
+  bool has_factor() const;
 
-  // x with matrix x = b, one column of b at a time; needs a successful factor() before.
-  Eigen::MatrixXd solve(const Eigen::MatrixXd& b);
+  // x with matrix x = b, one column of b at a time; needs a successful factor() before. These two
+  // are for one thread at a time.
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;
 
   // y = L^-1 P b of matrix = P' L L' P: y'y = b' matrix^-1 b, the covariance of the linear
   // functions of x that are b's columns.
-  Eigen::MatrixXd whiten(const Eigen::MatrixXd& b);
+  Eigen::MatrixXd whiten(const Eigen::MatrixXd& b) const;
 
  private:
   struct Cholmod;

@@ -34,7 +34,7 @@ void audit_edges(const Map& map, const std::set<Measurement>& tracked,
         if (tracked.contains(m)) problems.push_back(named(m) + " is in an edge and in a track");
       }
   for (int k = 0; k < map.num_keyframes(); ++k)
-    for (int keypoint = 0; keypoint < map.keyframe(k).observed.size(); ++keypoint)
+    for (int keypoint = 0; keypoint < map.keyframe(k).observed().size(); ++keypoint)
       if ((map.keyframe(k).spent[keypoint] != 0) != spent.contains({k, keypoint}))
         problems.push_back(named({k, keypoint}) + " is not marked as its edges have it");
 }

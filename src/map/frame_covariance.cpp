@@ -46,7 +46,7 @@ double weigh(std::vector<Sensed>& all, const AbsolutePoseOptions& options) {
 
 }  // namespace
 
-bool frame_covariance(Map& map, const ObservedFrame& observed, const Tracking& tracking,
+bool frame_covariance(const Map& map, const ObservedFrame& observed, const Tracking& tracking,
                       const AbsolutePoseOptions& options, PoseBlock& covariance) {
   const Projector projector(tracking.world_from_camera);
   std::vector<Sensed> all;

@@ -12,7 +12,7 @@ namespace eifmap {
 // given the keyframes, and the keyframes' joint one, carried through the features to the pose. The
 // frame itself is no part of the map and adds nothing to it. False when the filter cannot tell yet,
 // or the sights do not determine a pose.
-bool frame_covariance(Map& map, const ObservedFrame& observed, const Tracking& tracking,
+bool frame_covariance(const Map& map, const ObservedFrame& observed, const Tracking& tracking,
                       const AbsolutePoseOptions& options, PoseBlock& covariance);
 
 }  // namespace eifmap

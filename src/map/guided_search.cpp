@@ -37,14 +37,32 @@ bool best_keypoint(const ObservedFrame& observed, const ObservedFrame& seen_in, 
          best.distance <= ratio * ratio * second;
 }
 
+// Takes out the keypoints whose innovation is too large to be chance.
+void keep_likely(const Map& map, const ObservedFrame& observed, const Projector& projector,
+                 int track, const SearchGate& gate, std::vector<int>& near) {
+  Eigen::Vector2d predicted;
+  Eigen::Matrix<double, 2, 6> d_pose;
+  Eigen::Matrix<double, 2, 3> d_point;
+  projector(map.position(track), predicted, &d_pose, &d_point);
+  const Eigen::Matrix2d of_prediction =
+      d_pose * *gate.pose_covariance * d_pose.transpose() +
+      d_point * map.position_covariance(track) * d_point.transpose();
+  std::erase_if(near, [&](int keypoint) {
+    const double sigma = observed.sigma[keypoint];
+    const Eigen::Matrix2d innovation = of_prediction + sigma * sigma * Eigen::Matrix2d::Identity();
+    const Eigen::Vector2d error = observed.x[keypoint] - predicted;
+    return error.dot(innovation.inverse() * error) > gate.sigmas * gate.sigmas;
+  });
+}
+
 }  // namespace
 
 std::vector<LandmarkSight> search_landmarks(const Map& map, const ObservedFrame& observed,
                                             const Rigid3& world_from_camera,
-                                            const std::vector<int>& tracks, double radius,
+                                            const std::vector<int>& tracks, const SearchGate& gate,
                                             const MatchOptions& options) {
   if (observed.x.empty()) return {};
-  const PointGrid grid(observed.x, radius);
+  const PointGrid grid(observed.x, gate.radius);
   const Projector projector(world_from_camera);
 
   std::vector<Candidate> candidates;
@@ -53,12 +71,13 @@ std::vector<LandmarkSight> search_landmarks(const Map& map, const ObservedFrame&
     Eigen::Vector2d predicted;
     if (!projector(map.position(track), predicted)) continue;
     near.clear();
-    grid.near(predicted, radius, near);
+    grid.near(predicted, gate.radius, near);
     if (near.empty()) continue;
+    if (gate.pose_covariance) keep_likely(map, observed, projector, track, gate, near);
     const Sight& latest = map.track(track).sights.back();
     Candidate candidate;
     candidate.track = track;
-    if (best_keypoint(observed, map.keyframe(latest.keyframe).observed, latest.keypoint, near,
+    if (best_keypoint(observed, map.keyframe(latest.keyframe).observed(), latest.keypoint, near,
                       options, candidate))
       candidates.push_back(candidate);
   }

@@ -91,7 +91,8 @@ Reason judge_update(const Map& map, int keyframe, const Tracking& tracking, cons
 
 }  // namespace
 
-bool wants_keyframe(const Map& map, const Tracking& tracking, const MapperOptions& options) {
+bool wants_keyframe(const Map& map, const Tracking& tracking, int most_tracked,
+                    const MapperOptions& options) {
   const int inliers = static_cast<int>(tracking.sights.size());
   if (inliers < options.keyframe.min_inliers) return false;
   const Rigid3& reference = map.pose(tracking.reference);
@@ -100,12 +101,11 @@ bool wants_keyframe(const Map& map, const Tracking& tracking, const MapperOption
   if (sigma_centre(tracking) > std::max(0.1 * baseline, 0.01 * depth)) return false;
   const double haste = inliers < options.keyframe.few_tracked ? 0.5 : 1;
   if (baseline > haste * options.keyframe.max_baseline_ratio * depth) return true;
-  return inliers <
-         options.keyframe.min_tracked_ratio * map.keyframe(tracking.reference).num_tracked;
+  return inliers < options.keyframe.min_tracked_ratio * most_tracked;
 }
 
-Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& tracking,
-                          const MapperOptions& options) {
+Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observed,
+                          const Tracking& tracking, const MapperOptions& options) {
   const Before before{map.pose(tracking.reference),
                       median_sight_depth(map, tracking.world_from_camera, tracking.sights)};
   const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);

@@ -1,6 +1,8 @@
 // A tracked frame becomes part of the map: [WD10] Algorithm 2, steps 2-4.
 #pragma once
 
+#include <memory>
+
 #include "map/map.h"
 #include "map/tracking.h"
 
@@ -9,16 +11,18 @@ namespace eifmap {
 // Whether the frame should become a keyframe: too little of the reference is left, or the camera
 // has moved far enough to see depth. Never on few inliers or an uncertain place: a map built on
 // sand jumps in scale without a word.
-bool wants_keyframe(const Map& map, const Tracking& tracking, const MapperOptions& options);
+// `most_tracked`: landmarks that the best frame so far tracked from the reference.
+bool wants_keyframe(const Map& map, const Tracking& tracking, int most_tracked,
+                    const MapperOptions& options);
 
 struct Insertion {
   int keyframe = 0;
-  Reason reason = Reason::kNone;  // or kFilterFailed, kScaleJump: the keyframe is not to be trusted
+  Reason reason = Reason::kNone;  // or kFilterFailed, kScaleJump: the map is not to be trusted
 };
 
 // Pose, measurements, relative-pose edge, new features, update of the filter, culling.
-Insertion insert_keyframe(Map& map, ObservedFrame observed, const Tracking& tracking,
-                          const MapperOptions& options);
+Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observed,
+                          const Tracking& tracking, const MapperOptions& options);
 
 struct TrackExtension {
   double sigma_centre = 0;    // standard deviation of the keyframe's place, map units

@@ -1,19 +1,26 @@
 #include "map/live_map.h"
 
+#include <utility>
+
 namespace eifmap {
+
+LiveMap::LiveMap(Map started) : current(std::make_shared<Map>(std::move(started))) {
+  most_tracked.assign(static_cast<std::size_t>(map().num_keyframes()), map().num_landmarks());
+}
 
 FinishedMap finish(const LiveMap& live) {
   FinishedMap finished;
-  finished.trajectory = live.log.in(live.map);
-  for (int k = 0; k < live.map.num_keyframes(); ++k)
-    finished.keyframes.push_back({live.map.keyframe(k).observed.frame.time_us, live.map.pose(k)});
-  for (int t = 0; t < live.map.num_tracks(); ++t) {
-    const Track& track = live.map.track(t);
+  const Map& map = live.map();
+  finished.trajectory = live.log.in(map);
+  for (int k = 0; k < map.num_keyframes(); ++k)
+    finished.keyframes.push_back({map.keyframe(k).observed().frame.time_us, map.pose(k)});
+  for (int t = 0; t < map.num_tracks(); ++t) {
+    const Track& track = map.track(t);
     if (!track.is_landmark()) continue;
     const Sight& s = track.sights.front();
     finished.points.push_back(
-        {live.map.position(t),
-         live.map.keyframe(s.keyframe).observed.frame.keypoints[s.keypoint].laplacian_sign,
+        {map.position(t),
+         map.keyframe(s.keyframe).observed().frame.keypoints[s.keypoint].laplacian_sign,
          static_cast<int>(track.sights.size())});
   }
   return finished;

@@ -1,7 +1,8 @@
 // A map in use, with all that belongs to it, and what is left of one that was given up.
 #pragma once
 
-#include <utility>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "map/map.h"
@@ -13,11 +14,17 @@
 namespace eifmap {
 
 struct LiveMap {
-  explicit LiveMap(Map started) : map(std::move(started)) {}
-  Map map;
-  MapNews news;
+  explicit LiveMap(Map started);
+  // Never written to once it is here: a job may be reading it.
+  const Map& map() const { return *current; }
+
+  std::shared_ptr<Map> current;
+  std::shared_ptr<Map> spare;       // the map before it, for its memory
+  MapNews news;                     // while no job has them
+  std::optional<MapUpdate> update;  // of the job adopted last, until it is asked for
   TrajectoryLog log;
-  int reference = 0;  // keyframe that frames are related to
+  std::vector<int> most_tracked;  // by keyframe: landmarks that the best frame tracked from there
+  int reference = 0;              // keyframe that frames are related to
   LastMotion last;
   int next_to_try = 0;  // keyframe: relocalization goes round all of them
 };

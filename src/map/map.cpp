@@ -12,11 +12,12 @@ Map::Map(const Camera& camera, const MapperOptions& options)
     : radians_per_pixel_(camera.radians_per_pixel()),
       filter_(options.filter, camera.radians_per_pixel()) {}
 
-int Map::add_keyframe(ObservedFrame observed, const Rigid3& world_from_camera) {
+int Map::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
+                      const Rigid3& world_from_camera) {
   Keyframe keyframe;
-  keyframe.track.assign(observed.size(), kNoTrack);
-  keyframe.spent.assign(observed.size(), 0);
-  keyframe.observed = std::move(observed);
+  keyframe.track.assign(observed->size(), kNoTrack);
+  keyframe.spent.assign(observed->size(), 0);
+  keyframe.frame = std::move(observed);
   keyframes_.push_back(std::move(keyframe));
   return filter_.add_pose(world_from_camera);
 }
@@ -38,8 +39,8 @@ bool Map::add_sight(int track, const Sight& sight) {
   t.sights.insert(place, sight);
   keyframe.track[sight.keypoint] = track;
   if (t.is_landmark())
-    filter_.add_measurement(t.landmark, sight.keyframe, keyframe.observed.x[sight.keypoint],
-                            keyframe.observed.sigma[sight.keypoint]);
+    filter_.add_measurement(t.landmark, sight.keyframe, keyframe.observed().x[sight.keypoint],
+                            keyframe.observed().sigma[sight.keypoint]);
   return true;
 }
 
@@ -70,7 +71,7 @@ void Map::promote(int track, const Eigen::Vector3d& position, const Eigen::Matri
   track_of_landmark_.push_back(track);
   ++num_landmarks_;
   for (const Sight& s : t.sights) {
-    const ObservedFrame& observed = keyframes_[s.keyframe].observed;
+    const ObservedFrame& observed = keyframes_[s.keyframe].observed();
     filter_.add_measurement(t.landmark, s.keyframe, observed.x[s.keypoint],
                             observed.sigma[s.keypoint]);
   }

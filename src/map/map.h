@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "filter/information_filter.h"
@@ -18,10 +20,10 @@ inline constexpr int kNoTrack = -1;
 
 // Keyframes are numbered from 0; keyframe k is pose k of the filter.
 struct Keyframe {
-  ObservedFrame observed;
-  std::vector<int> track;           // per keypoint: of Omega_m, or kNoTrack
+  std::shared_ptr<const ObservedFrame> frame;  // what was seen never changes: copies share it
+  std::vector<int> track;                      // per keypoint: of Omega_m, or kNoTrack
   std::vector<std::uint8_t> spent;  // per keypoint: of Omega_p, 1 when an edge has used it
-  int num_tracked = 0;              // landmarks that the best frame so far tracked from here
+  const ObservedFrame& observed() const { return *frame; }
 };
 
 struct Sight {
@@ -62,7 +64,11 @@ class Map {
   InformationFilter& filter() { return filter_; }
 
   // Returns the keyframe's number.
-  int add_keyframe(ObservedFrame observed, const Rigid3& world_from_camera);
+  int add_keyframe(std::shared_ptr<const ObservedFrame> observed, const Rigid3& world_from_camera);
+  int add_keyframe(ObservedFrame observed, const Rigid3& world_from_camera) {
+    return add_keyframe(std::make_shared<const ObservedFrame>(std::move(observed)),
+                        world_from_camera);
+  }
 
   // A new candidate with one sighting.
   int add_track(const Sight& sight);

@@ -12,7 +12,7 @@ bool moved(const Rigid3& a, const Rigid3& b, double depth) {
 }
 
 KeyframeView keyframe_view(const Map& map, int keyframe) {
-  return {keyframe, map.keyframe(keyframe).observed.frame.time_us, map.pose(keyframe),
+  return {keyframe, map.keyframe(keyframe).observed().frame.time_us, map.pose(keyframe),
           unknown_covariance<6>()};
 }
 
@@ -24,7 +24,7 @@ LandmarkView landmark_view(const Map& map, int track) {
   landmark.position_in_anchor = map.pose(t.sights.front().keyframe).inverse() * map.position(track);
   const Sight& sight = t.sights.front();
   landmark.laplacian_sign =
-      map.keyframe(sight.keyframe).observed.frame.keypoints[sight.keypoint].laplacian_sign;
+      map.keyframe(sight.keyframe).observed().frame.keypoints[sight.keypoint].laplacian_sign;
   landmark.num_observations = static_cast<int>(t.sights.size());
   return landmark;
 }
@@ -34,7 +34,7 @@ bool changed(const LandmarkView& sent, const LandmarkView& now) {
                                           kLandmarkMoved * now.position_in_anchor.norm();
 }
 
-void add_covariances(Map& map, MapUpdate& update) {
+void add_covariances(const Map& map, MapUpdate& update) {
   std::vector<int> poses, landmarks;
   for (const KeyframeView& k : update.keyframes) poses.push_back(static_cast<int>(k.id));
   for (const LandmarkView& l : update.landmarks)
@@ -50,7 +50,7 @@ void add_covariances(Map& map, MapUpdate& update) {
 
 }  // namespace
 
-std::vector<KeyframeView> keyframe_views(Map& map) {
+std::vector<KeyframeView> keyframe_views(const Map& map) {
   MapUpdate all;
   for (int k = 0; k < map.num_keyframes(); ++k) all.keyframes.push_back(keyframe_view(map, k));
   add_covariances(map, all);
@@ -67,7 +67,7 @@ void MapNews::compare_keyframes(const Map& map, MapUpdate& update) {
       continue;
     }
     sent_poses_.push_back(map.pose(k));
-    const FeatureFrame& frame = map.keyframe(k).observed.frame;
+    const FeatureFrame& frame = map.keyframe(k).observed().frame;
     for (std::size_t i = 0; i < frame.keypoints.size(); ++i) {
       const int track = map.keyframe(k).track[i];
       if (track != kNoTrack && map.track(track).is_landmark())
@@ -92,7 +92,7 @@ void MapNews::compare_landmarks(const Map& map, MapUpdate& update) {
   }
 }
 
-MapUpdate MapNews::since_last(Map& map) {
+MapUpdate MapNews::since_last(const Map& map) {
   MapUpdate update;
   update.base_seq = seq_;
   update.seq = ++seq_;

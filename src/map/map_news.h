@@ -11,7 +11,7 @@
 namespace eifmap {
 
 // All keyframes as they are now, with their covariances where they are known.
-std::vector<KeyframeView> keyframe_views(Map& map);
+std::vector<KeyframeView> keyframe_views(const Map& map);
 
 // Remembers what was last sent and compares: a keyframe is sent again when it moved by more than a
 // small part of the scene's depth, a landmark when it moved in its anchor's frame. What is sent
@@ -19,7 +19,7 @@ std::vector<KeyframeView> keyframe_views(Map& map);
 class MapNews {
  public:
   // Fills everything but map_id and map_epoch.
-  MapUpdate since_last(Map& map);
+  MapUpdate since_last(const Map& map);
 
  private:
   void compare_keyframes(const Map& map, MapUpdate& update);

@@ -115,7 +115,6 @@ std::optional<Map> build_map(const ObservedFrame& i, const ObservedFrame& j, con
   }
   if (map.update().reason != Reason::kNone || map.num_landmarks() < options.start.min_points)
     return std::nullopt;
-  for (int k : {0, 1}) map.keyframe(k).num_tracked = map.num_landmarks();
   return map;
 }
 

@@ -40,8 +40,8 @@ bool add_edge(Map& map, int i, int j, const std::vector<Match>& matches, Relativ
               const MapperOptions& options) {
   const std::vector<Match> chosen = choose_free(map, i, j, matches, options.edge);
   if (static_cast<int>(chosen.size()) < options.edge.min_measurements) return false;
-  const ObservedFrame& frame_i = map.keyframe(i).observed;
-  const ObservedFrame& frame_j = map.keyframe(j).observed;
+  const ObservedFrame& frame_i = map.keyframe(i).observed();
+  const ObservedFrame& frame_j = map.keyframe(j).observed();
   std::vector<Correspondence> pairs;
   for (const Match& match : chosen) pairs.push_back(correspondence(frame_i, frame_j, match));
   std::vector<std::uint8_t> inlier;
@@ -60,15 +60,15 @@ bool add_edge_from_map(Map& map, int i, int j, const MapperOptions& options) {
   const auto free = [&map](int k) {
     const std::vector<std::uint8_t> is_taken = taken(map.keyframe(k));
     std::vector<int> keypoints;
-    for (int keypoint = 0; keypoint < map.keyframe(k).observed.size(); ++keypoint)
-      if (!map.keyframe(k).observed.in_omega_m(keypoint) && !is_taken[keypoint])
+    for (int keypoint = 0; keypoint < map.keyframe(k).observed().size(); ++keypoint)
+      if (!map.keyframe(k).observed().in_omega_m(keypoint) && !is_taken[keypoint])
         keypoints.push_back(keypoint);
     return keypoints;
   };
   // Wide enough that the map's own error does not choose the matches.
   constexpr double kMaxError = 6;
   const std::vector<Match> matches = match_along_epipolar_lines(
-      map.keyframe(i).observed, free(i), map.keyframe(j).observed, free(j), map.pose(i),
+      map.keyframe(i).observed(), free(i), map.keyframe(j).observed(), free(j), map.pose(i),
       map.pose(j), {kMaxError, options.match.max_ratio, options.match.max_distance});
   const Rigid3 i_from_j = map.pose(i).inverse() * map.pose(j);
   RelativePose start;

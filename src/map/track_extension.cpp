@@ -17,8 +17,8 @@ constexpr double kDegree = M_PI / 180;
 // for.
 std::vector<int> map_features(const Keyframe& keyframe, bool with_omega_p) {
   std::vector<int> features;
-  for (int keypoint = 0; keypoint < keyframe.observed.size(); ++keypoint)
-    if (keyframe.observed.in_omega_m(keypoint) || (with_omega_p && !keyframe.spent[keypoint]))
+  for (int keypoint = 0; keypoint < keyframe.observed().size(); ++keypoint)
+    if (keyframe.observed().in_omega_m(keypoint) || (with_omega_p && !keyframe.spent[keypoint]))
       features.push_back(keypoint);
   return features;
 }
@@ -36,7 +36,7 @@ std::vector<int> open_features(const Keyframe& keyframe, bool with_omega_p, cons
 std::vector<Sighting> sightings_of(const Map& map, const std::vector<Sight>& sights) {
   std::vector<Sighting> sightings;
   for (const Sight& s : sights) {
-    const ObservedFrame& observed = map.keyframe(s.keyframe).observed;
+    const ObservedFrame& observed = map.keyframe(s.keyframe).observed();
     sightings.push_back({map.pose(s.keyframe), observed.x[s.keypoint], observed.sigma[s.keypoint]});
   }
   return sightings;
@@ -83,7 +83,7 @@ TriangulatedPoint triangulate_track(Map& map, int track, const LandmarkOptions& 
 
 // A keypoint that a known landmark fits joins it, and leaves the candidate it was in.
 void join_landmark(Map& map, int track, const Sight& sight, const LandmarkOptions& options) {
-  const ObservedFrame& observed = map.keyframe(sight.keyframe).observed;
+  const ObservedFrame& observed = map.keyframe(sight.keyframe).observed();
   PointMeasurement measurement;
   measurement.pose = sight.keyframe;
   measurement.x = observed.x[sight.keypoint];
@@ -137,7 +137,7 @@ int extend_tracks(Map& map, int keyframe, const MapperOptions& options,
     if (!(baseline > shortest)) continue;
     const Keyframe &old = map.keyframe(k), &fresh = map.keyframe(keyframe);
     const std::vector<Match> matches = match_along_epipolar_lines(
-        old.observed, map_features(old, extension.with_omega_p), fresh.observed,
+        old.observed(), map_features(old, extension.with_omega_p), fresh.observed(),
         open_features(fresh, extension.with_omega_p, map), map.pose(k), map.pose(keyframe), along);
     for (const Match& m : matches)
       take_match(map, {keyframe, m.b}, {k, m.a}, options.landmark, touched);

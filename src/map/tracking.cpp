@@ -54,6 +54,12 @@ std::vector<LandmarkSight> landmarks_among(const Map& map, int keyframe,
   return sights;
 }
 
+// Where the camera may be, and how well that is known: of (w, dc), given the map.
+struct Guess {
+  Rigid3 world_from_camera;
+  std::optional<Eigen::Matrix<double, 6, 6>> covariance;
+};
+
 // One frame's search for its pose: ways to a start, each of which the local map must confirm. What
 // a way finds is in the Tracking that it is given.
 class PoseSearch {
@@ -80,9 +86,9 @@ class PoseSearch {
   void relate_to(int keyframe, Tracking& tracking) const;
   bool from(const Rigid3& start, const std::vector<LandmarkSight>& sights, PoseSource source,
             Tracking& tracking) const;
-  bool search_around(const Rigid3& pose, const std::vector<int>& landmarks, double radius_px,
+  bool search_around(const Guess& guess, const std::vector<int>& landmarks,
                      Tracking& tracking) const;
-  bool confirm(const Rigid3& pose, PoseSource source, Tracking& tracking) const;
+  bool confirm(const Guess& guess, PoseSource source, Tracking& tracking) const;
   void take(const AbsolutePose& judged, const std::vector<LandmarkSight>& found,
             Tracking& tracking) const;
 
@@ -113,10 +119,15 @@ void PoseSearch::take(const AbsolutePose& judged, const std::vector<LandmarkSigh
 }
 
 // The pose by what of these landmarks is found around where it would see them.
-bool PoseSearch::search_around(const Rigid3& pose, const std::vector<int>& landmarks,
-                               double radius_px, Tracking& tracking) const {
-  const std::vector<LandmarkSight> found = search_landmarks(
-      map_, observed_, pose, landmarks, radius_px * map_.radians_per_pixel(), options_.match);
+bool PoseSearch::search_around(const Guess& guess, const std::vector<int>& landmarks,
+                               Tracking& tracking) const {
+  const Rigid3& pose = guess.world_from_camera;
+  SearchGate gate;
+  gate.radius = options_.landmark.search_radius_px * map_.radians_per_pixel();
+  gate.sigmas = options_.tracking.search_sigma;
+  if (gate.sigmas > 0) gate.pose_covariance = guess.covariance;
+  const std::vector<LandmarkSight> found =
+      search_landmarks(map_, observed_, pose, landmarks, gate, options_.match);
   const std::vector<MapObservation> observations = map_observations(map_, observed_, pose, found);
   take(options_.tracking.refine ? refine_absolute_pose(pose, observations, options_.absolute_pose)
                                 : judge_absolute_pose(pose, observations, options_.absolute_pose),
@@ -124,17 +135,17 @@ bool PoseSearch::search_around(const Rigid3& pose, const std::vector<int>& landm
   return tracking.ok();
 }
 
-// A pose from the matches at hand becomes one of the whole local map, or is given up. From the
-// first search's start a place is only known to pixels; from its result, well enough that what
-// merely looks alike nearby need not be believed.
-bool PoseSearch::confirm(const Rigid3& pose, PoseSource source, Tracking& tracking) const {
+// A pose from the matches at hand becomes one of the whole local map, or is given up. The first
+// search's start may be known to pixels only; its result is known well enough that what merely
+// looks alike nearby need not be believed.
+bool PoseSearch::confirm(const Guess& guess, PoseSource source, Tracking& tracking) const {
   tracking.source = source;
   const std::vector<int> local =
       map_.landmarks_of(map_.covisible(tracking.reference, kLocalKeyframes));
-  if (!search_around(pose, local, options_.landmark.search_radius_px, tracking)) return false;
-  if (options_.tracking.second_radius_px == 0) return true;
+  if (!search_around(guess, local, tracking)) return false;
+  if (!options_.tracking.second_search) return true;
   Tracking second = tracking;
-  if (search_around(tracking.world_from_camera, local, options_.tracking.second_radius_px, second))
+  if (search_around({tracking.world_from_camera, tracking.covariance}, local, second))
     tracking = std::move(second);
   return true;
 }
@@ -143,16 +154,17 @@ bool PoseSearch::confirm(const Rigid3& pose, PoseSource source, Tracking& tracki
 // they are too few for that, the local map has the word on the start as it is.
 bool PoseSearch::from(const Rigid3& start, const std::vector<LandmarkSight>& sights,
                       PoseSource source, Tracking& tracking) const {
-  if (!options_.tracking.refine) return confirm(start, source, tracking);
+  if (!options_.tracking.refine) return confirm({start, {}}, source, tracking);
   const AbsolutePose pose = refine_absolute_pose(
       start, map_observations(map_, observed_, start, sights), options_.absolute_pose);
-  return confirm(pose.ok() ? pose.world_from_camera : start, source, tracking);
+  if (!pose.ok()) return confirm({start, {}}, source, tracking);
+  return confirm({pose.world_from_camera, pose.covariance}, source, tracking);
 }
 
 void PoseSearch::relate_to(int keyframe, Tracking& tracking) const {
   tracking.related = keyframe;
   tracking.pair =
-      relate(map_.keyframe(keyframe).observed, observed_, map_.radians_per_pixel(), options_);
+      relate(map_.keyframe(keyframe).observed(), observed_, map_.radians_per_pixel(), options_);
 }
 
 // [WD10] Algorithm 1, step 3: the guess along the relative pose's direction, as far as the same
@@ -168,7 +180,7 @@ Rigid3 PoseSearch::guess_along_line(const Tracking& tracking) const {
 
 std::vector<SeenTwice> PoseSearch::seen_twice(const std::vector<LandmarkSight>& sights,
                                               int keyframe) const {
-  const ObservedFrame& first = map_.keyframe(keyframe).observed;
+  const ObservedFrame& first = map_.keyframe(keyframe).observed();
   std::vector<SeenTwice> features;
   for (const LandmarkSight& sight : sights)
     for (const Sight& s : map_.track(sight.track).sights)
@@ -271,7 +283,7 @@ bool PoseSearch::by_pnp(const std::vector<LandmarkSight>& sights, PoseSource sou
   if (!pose.ok() ||
       pose.num_inliers < options_.tracking.min_inlier_ratio * static_cast<double>(sights.size()))
     return false;
-  return confirm(pose.world_from_camera, source, tracking);
+  return confirm({pose.world_from_camera, pose.covariance}, source, tracking);
 }
 
 bool PoseSearch::against(int reference, Tracking& tracking) const {
@@ -303,13 +315,13 @@ bool PoseSearch::against(int reference, Tracking& tracking) const {
 }  // namespace
 
 Tracking track_frame(const Map& map, const ObservedFrame& observed, int reference,
-                     const LastMotion& last, const MapperOptions& options) {
+                     const LastMotion& last, const MapperOptions& options, int neighbours) {
   const PoseSearch search(map, observed, last, options);
   Tracking tracking;
   if (search.against(reference, tracking)) return tracking;
   // Another view of the same place may match where this one does not.
-  constexpr int kOthers = 3;
-  std::vector<int> others = map.covisible(reference, kOthers);
+  if (neighbours == 0) return tracking;
+  std::vector<int> others = map.covisible(reference, neighbours);
   others.push_back(map.num_keyframes() - 1);
   for (int other : others) {
     Tracking retry;
@@ -327,7 +339,7 @@ Tracking relocalize(const Map& map, const ObservedFrame& observed,
     tracking = Tracking{};
     tracking.reference = tracking.related = k;
     const std::vector<LandmarkSight> sights =
-        landmarks_among(map, k, match_omega_m(map.keyframe(k).observed, observed, options.match));
+        landmarks_among(map, k, match_omega_m(map.keyframe(k).observed(), observed, options.match));
     if (static_cast<int>(sights.size()) < options.absolute_pose.min_inliers) continue;
     if (!search.by_pnp(sights, PoseSource::kRelocalized, tracking)) continue;
     if (static_cast<int>(tracking.sights.size()) >= options.lost.min_inliers) return tracking;

@@ -42,8 +42,9 @@ struct LastMotion {
   Eigen::Vector3d step = Eigen::Vector3d::Zero();  // world, to it from the one before
 };
 
+// Against the reference; where that fails, against so many of its neighbours.
 Tracking track_frame(const Map& map, const ObservedFrame& observed, int reference,
-                     const LastMotion& last, const MapperOptions& options);
+                     const LastMotion& last, const MapperOptions& options, int neighbours = 3);
 
 // The same without any guess: matches the frame with the keyframes given and solves PnP; believed
 // from `min_inliers` on. For a lost camera.

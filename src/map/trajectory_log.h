@@ -14,6 +14,12 @@ class TrajectoryLog {
   void add(std::int64_t time_us, int keyframe, const Rigid3& keyframe_from_camera) {
     entries_.push_back({time_us, keyframe, keyframe_from_camera});
   }
+  // The frame of that time, which has been added, is a keyframe now.
+  void make_keyframe(std::int64_t time_us, int keyframe) {
+    const auto entry = std::find_if(entries_.rbegin(), entries_.rend(),
+                                    [time_us](const Entry& e) { return e.time_us == time_us; });
+    if (entry != entries_.rend()) *entry = {time_us, keyframe, Rigid3()};
+  }
   std::size_t size() const { return entries_.size(); }
 
   // By time.

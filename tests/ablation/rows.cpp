@@ -62,7 +62,7 @@ std::vector<Row> all_rows() {
       .row("three views always", R"({"mapper": {"landmark": {"few_tracked": 0}}})", {1, 5, 10})
       .row("Omega_p promoted", R"({"mapper": {"landmark": {"promote_omega_p": true}}})")
       .row("older reference", R"({"mapper": {"tracking": {"older_reference": true}}})")
-      .row("one search for landmarks", R"({"mapper": {"tracking": {"second_radius_px": 0}}})")
+      .row("one search for landmarks", R"({"mapper": {"tracking": {"second_search": false}}})")
       .row("edges trusted as they claim", R"({"mapper": {"filter": {"judge_edges": false}}})")
       .row("no refinement", R"({"mapper": {"tracking": {"refine": false}}})");
   Table(rows, "Features")

@@ -44,14 +44,14 @@ void expect_consistent(const Map& map) {
 Map scene_with_landmarks(const SyntheticStream& world, int keyframes) {
   MapperOptions options;
   Map map = make_scene(world, keyframes, options);
-  const auto& first = map.keyframe(0).observed;
-  const auto& second = map.keyframe(1).observed;
+  const auto& first = map.keyframe(0).observed();
+  const auto& second = map.keyframe(1).observed();
   for (const Match& m : match_omega_m(first, second, options.match)) {
     const int track = map.add_track({0, m.a});
     map.add_sight(track, {1, m.b});
     for (int k = 2; k < keyframes; ++k)
-      for (int keypoint : map.keyframe(k).observed.minus.index)
-        if (map.keyframe(k).observed.frame.keypoints[keypoint].response ==
+      for (int keypoint : map.keyframe(k).observed().minus.index)
+        if (map.keyframe(k).observed().frame.keypoints[keypoint].response ==
             first.frame.keypoints[m.a].response)
           map.add_sight(track, {k, keypoint});
     const Eigen::Vector3d point =
@@ -81,8 +81,8 @@ TEST(Map, StaysConsistentThroughItsLife) {
 TEST(Map, RefusesASecondSightInAKeyframeAndASecondTrackOfAKeypoint) {
   const SyntheticStream world;
   Map map = make_scene(world, 2);
-  const std::vector<int>& m0 = map.keyframe(0).observed.minus.index;
-  const std::vector<int>& m1 = map.keyframe(1).observed.minus.index;
+  const std::vector<int>& m0 = map.keyframe(0).observed().minus.index;
+  const std::vector<int>& m1 = map.keyframe(1).observed().minus.index;
   const int a = map.add_track({0, m0[0]}), b = map.add_track({0, m0[1]});
   EXPECT_FALSE(map.add_sight(a, {0, m0[2]}));
   EXPECT_TRUE(map.add_sight(a, {1, m1[0]}));
@@ -97,7 +97,7 @@ TEST(Map, AWrongSightDoesNotKeepACandidateFromBecomingALandmark) {
   // A candidate through keyframes 0 to 3 whose sight in keyframe 1 is another feature; keyframe 4
   // then extends it.
   const auto response = [&](int k, int keypoint) {
-    return map.keyframe(k).observed.frame.keypoints[keypoint].response;
+    return map.keyframe(k).observed().frame.keypoints[keypoint].response;
   };
   int tried = 0;
   for (int t = 0; t < map.num_tracks() && tried < 10; ++t) {
@@ -106,7 +106,7 @@ TEST(Map, AWrongSightDoesNotKeepACandidateFromBecomingALandmark) {
     const float name = response(0, sights[0].keypoint);
     map.remove_track(t);
     int wrong = -1;
-    for (int keypoint : map.keyframe(1).observed.minus.index)
+    for (int keypoint : map.keyframe(1).observed().minus.index)
       if (map.keyframe(1).track[keypoint] == kNoTrack && response(1, keypoint) != name)
         wrong = keypoint;
     ASSERT_GE(wrong, 0);
@@ -151,7 +151,7 @@ Insertion insert_at(Map& map, const SyntheticStream& world, const Rigid3& tracke
     if (!map.track(t).is_landmark()) continue;
     const Sight& known = map.track(t).sights.front();
     const float name =
-        map.keyframe(known.keyframe).observed.frame.keypoints[known.keypoint].response;
+        map.keyframe(known.keyframe).observed().frame.keypoints[known.keypoint].response;
     for (int keypoint : observed.minus.index)
       if (observed.frame.keypoints[keypoint].response == name)
         tracking.sights.push_back({t, keypoint});

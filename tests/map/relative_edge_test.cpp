@@ -29,7 +29,7 @@ TEST(RelativeEdge, SpendsEachMeasurementOnceAndOnlyOmegaP) {
   for (int k = 0; k < 4; ++k)
     for (std::size_t i = 0; i < map.keyframe(k).spent.size(); ++i)
       if (map.keyframe(k).spent[i]) {
-        EXPECT_EQ(map.keyframe(k).observed.frame.keypoints[i].laplacian_sign, 1);
+        EXPECT_EQ(map.keyframe(k).observed().frame.keypoints[i].laplacian_sign, 1);
       }
   EXPECT_EQ(map.filter().num_edges(), 2);
 }
@@ -39,7 +39,7 @@ TEST(RelativeEdge, OfferedTheSameMatchesAgainTakesOthers) {
   Map map = make_scene(world, 2);
   MapperOptions options;
   options.edge.min_measurements = 20;
-  const ObservedFrame &i = map.keyframe(0).observed, &j = map.keyframe(1).observed;
+  const ObservedFrame &i = map.keyframe(0).observed(), &j = map.keyframe(1).observed();
   const std::vector<Match> matches = match_omega_p(i, j, {});
   const Rigid3 i_from_j = scene_pose(0).inverse() * scene_pose(1);
   RelativePose start;

@@ -1,0 +1,43 @@
+#include "server/replay.h"
+
+#include "sequence/decisions_file.h"
+
+namespace eifmap {
+
+std::string Replay::open(const std::filesystem::path& decisions) {
+  DecisionsFile read = read_decisions(decisions);
+  if (!read.problem.empty()) return read.problem;
+  file_ = decisions;
+  for (const Decision& decision : read.decisions) decisions_[decision.time_us] = decision;
+  return "";
+}
+
+Handover Replay::handover() const {
+  Handover handover;
+  handover.recorded = [this](const FeatureFrame& frame) {
+    const auto found = decisions_.find(frame.time_us);
+    return found != decisions_.end() && found->second.adopted_job != 0;
+  };
+  return handover;
+}
+
+void Replay::compare(const FrameResult& result) {
+  ++compared_;
+  if (!departure_.empty()) return;
+  const Decision& recorded = decisions_.at(result.time_us);
+  if (!result.rejected && decision_of(result).state_digest == recorded.state_digest) return;
+  departure_ = "the replay departs from " + file_.string() + " at the image of " +
+               std::to_string(result.time_us) +
+               " us: give the images, the calibration and the settings of that run, and the same "
+               "program on the same type of CPU";
+}
+
+std::string Replay::departure() const {
+  const auto all = static_cast<std::int64_t>(decisions_.size());
+  if (departure_.empty() && is_open() && compared_ < all)
+    return file_.string() + ": " + std::to_string(all - compared_) + " of its " +
+           std::to_string(all) + " images are not in the sequence: give the one that was recorded";
+  return departure_;
+}
+
+}  // namespace eifmap

@@ -1,0 +1,35 @@
+// A live run made again from its images and its decisions.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "decision.h"
+#include "server/keyframe_worker.h"
+
+namespace eifmap {
+
+class Replay {
+ public:
+  // Returns "" or what is wrong with the file.
+  std::string open(const std::filesystem::path& decisions);
+  bool is_open() const { return !decisions_.empty(); }
+
+  bool takes(std::int64_t time_us) const { return decisions_.contains(time_us); }
+  Handover handover() const;  // which must not outlive this
+
+  // Of each frame, in turn.
+  void compare(const FrameResult& result);
+  // "" while every frame came out as recorded, and none of the recorded ones is missing.
+  std::string departure() const;
+
+ private:
+  std::filesystem::path file_;
+  std::map<std::int64_t, Decision> decisions_;  // by the frame's time, us
+  std::int64_t compared_ = 0;
+  std::string departure_;
+};
+
+}  // namespace eifmap

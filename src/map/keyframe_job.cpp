@@ -1,0 +1,29 @@
+#include "keyframe_job.h"
+
+#include <utility>
+
+#include "map/keyframe_work.h"
+
+namespace eifmap {
+
+KeyframeJob::KeyframeJob(std::unique_ptr<KeyframeWork> work) : work_(std::move(work)) {}
+KeyframeJob::~KeyframeJob() = default;
+KeyframeJob::KeyframeJob(KeyframeJob&&) noexcept = default;
+KeyframeJob& KeyframeJob::operator=(KeyframeJob&&) noexcept = default;
+
+std::int64_t KeyframeJob::id() const {
+  return work_->id;
+}
+
+void KeyframeJob::run() {
+  KeyframeWork& work = *work_;
+  if (work.after)
+    *work.after = *work.before;  // into memory that is there
+  else
+    work.after = std::make_shared<Map>(*work.before);
+  work.insertion = insert_keyframe(*work.after, work.observed, work.tracking, work.options);
+  if (work.news && work.insertion.reason == Reason::kNone)
+    work.update = work.news->since_last(*work.after);
+}
+
+}  // namespace eifmap

@@ -1,0 +1,31 @@
+// What is in a KeyframeJob.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "map/keyframe_insertion.h"
+#include "map/map.h"
+#include "map/map_news.h"
+#include "map/tracking.h"
+#include "map_view.h"
+#include "options.h"
+
+namespace eifmap {
+
+struct KeyframeWork {
+  std::int64_t id = 0, map_id = 0;
+  MapperOptions options;
+  std::shared_ptr<const ObservedFrame> observed;
+  Tracking tracking;                  // of the frame in `before`
+  std::shared_ptr<const Map> before;  // read by the tracking meanwhile
+  std::optional<MapNews> news;        // of `before`; none: nobody wants updates of the map
+
+  // Made by run(). A map that may be written over comes in `after`, for its memory.
+  std::shared_ptr<Map> after;
+  Insertion insertion;  // with a reason: `after` is not to be trusted, and `before` goes on
+  std::optional<MapUpdate> update;
+};
+
+}  // namespace eifmap
