@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #include "features/vector_clones.h"
 
@@ -89,6 +90,22 @@ struct Sides {
   }
 };
 
+// What a row of cells reads of one row of the integral image: per cell, the entries at the columns
+// that its left and its right side cut, two each. Neighbours are read at once: processors do not
+// gather any faster than one by one.
+struct Entries {
+  alignas(32) std::uint32_t of[kPadded][4];
+};
+
+[[gnu::noinline]] void read_entries(const std::uint32_t* sums, const std::int32_t* offsets,
+                                    const Sides& left, const Sides& right, Entries& entries) {
+  for (int k = 0; k < kPadded; ++k) {
+    const std::uint32_t* row = sums + offsets[k];
+    std::memcpy(&entries.of[k][0], row + left.index[k], 2 * sizeof *row);
+    std::memcpy(&entries.of[k][2], row + right.index[k], 2 * sizeof *row);
+  }
+}
+
 // One row of a turned grid, from its first cell's top left corner on.
 EIFMAP_VECTOR_CLONES
 void average_row(const IntegralImage& integral, float x, float y, float along, float across,
@@ -100,26 +117,32 @@ void average_row(const IntegralImage& integral, float x, float y, float along, f
   bottom.cut(y + side, across, integral.height());
   const std::uint32_t* sums = integral.row(0);
   const std::int32_t stride = integral.width() + 1;
+  alignas(32) std::int32_t above[kPadded], below[kPadded];
+  for (int k = 0; k < kPadded; ++k) {
+    above[k] = top.index[k] * stride;
+    below[k] = bottom.index[k] * stride;
+  }
+  Entries upper, upper_next, lower, lower_next;
+  read_entries(sums, above, left, right, upper);
+  read_entries(sums + stride, above, left, right, upper_next);
+  read_entries(sums, below, left, right, lower);
+  read_entries(sums + stride, below, left, right, lower_next);
   const float normalizer = 1.0f / (side * side);
   for (int k = 0; k < kPadded; ++k) {
-    const std::int32_t first = left.index[k], last = right.index[k];
-    const std::int32_t above = top.index[k] * stride, below = bottom.index[k] * stride;
-    const std::uint32_t corner = sums[above + first];
-    // Sums of whole pixels from the first one that the cell cuts to column x of the row of entries
-    // `row`: exact integers.
-    const auto until = [=](std::int32_t row, std::int32_t column) {
-      return static_cast<float>(static_cast<std::int32_t>((sums[row + column] - sums[row + first]) -
-                                                          (sums[above + column] - corner)));
+    // Sums of whole pixels from the first one that the cell cuts to entry c of the row: exact
+    // integers.
+    const auto until = [&, k](const Entries& row, int c) {
+      return static_cast<float>(static_cast<std::int32_t>((row.of[k][c] - row.of[k][0]) -
+                                                          (upper.of[k][c] - upper.of[k][0])));
     };
     // Of those rows, between the cell's left and right side.
-    const auto strip = [&](std::int32_t row) {
-      const float whole = until(row, last), next = until(row, last + 1);
-      return whole + right.fraction[k] * (next - whole) - left.fraction[k] * until(row, first + 1);
+    const auto strip = [&, k](const Entries& row) {
+      const float whole = until(row, 2), next = until(row, 3);
+      return whole + right.fraction[k] * (next - whole) - left.fraction[k] * until(row, 1);
     };
-    const float whole = strip(below), next = strip(below + stride);
-    mean[k] =
-        (whole + bottom.fraction[k] * (next - whole) - top.fraction[k] * strip(above + stride)) *
-        normalizer;
+    const float whole = strip(lower), next = strip(lower_next);
+    mean[k] = (whole + bottom.fraction[k] * (next - whole) - top.fraction[k] * strip(upper_next)) *
+              normalizer;
   }
 }
 
