@@ -10,6 +10,11 @@
 namespace eifmap {
 namespace {
 
+// Rows j - 1, j and j + 1 of a level.
+struct ThreeRows {
+  const float *above, *here, *below;
+};
+
 // The samples of one filter on the three rows that matter at a time.
 class LevelRows {
  public:
@@ -38,39 +43,37 @@ class LevelRows {
     }
   }
 
-  const float* row(int j) const { return rows_[static_cast<std::size_t>(j % 3)].data(); }
+  ThreeRows around(int j) const { return {row(j - 1), row(j), row(j + 1)}; }
 
  private:
+  const float* row(int j) const { return rows_[static_cast<std::size_t>(j % 3)].data(); }
+
   int lobe_, step_, width_, height_;
   std::array<std::vector<float>, 3> rows_;
 };
 
-// flags[i] = 1 where the sample stands out in its row and column: a cheap sieve, in vectors.
+// flags[i] = 1 where the middle level's sample is the maximum among its 3x3x3 neighbours. Of equal
+// neighbours, the first in the order of levels, rows, columns is. All in vectors: one by one, most
+// of the time goes into guessing wrong which comparison fails.
 EIFMAP_VECTOR_CLONES
-void sieve_row(const float* __restrict above, const float* __restrict here,
-               const float* __restrict below, int begin, int end, float min_response,
-               std::uint8_t* __restrict flags) {
+void mark_maxima(const ThreeRows& lower, const ThreeRows& middle, const ThreeRows& upper, int begin,
+                 int end, float min_response, std::uint8_t* __restrict flags) {
+  const ThreeRows a = lower, b = middle, c = upper;
+  const auto larger = [](float x, float y) { return x > y ? x : y; };
+  const auto largest_of_three = [larger](const float* row, int i) {
+    return larger(larger(row[i - 1], row[i]), row[i + 1]);
+  };
   for (int i = begin; i < end; ++i) {
-    const float h = here[i];
-    flags[i] = static_cast<std::uint8_t>((h > min_response) & (h > above[i]) & (h > here[i - 1]) &
-                                         (h >= here[i + 1]) & (h >= below[i]));
+    const float h = b.here[i];
+    const float finer = larger(larger(largest_of_three(a.above, i), largest_of_three(a.here, i)),
+                               largest_of_three(a.below, i));
+    const float coarser = larger(larger(largest_of_three(c.above, i), largest_of_three(c.here, i)),
+                                 largest_of_three(c.below, i));
+    const float before = larger(largest_of_three(b.above, i), b.here[i - 1]);
+    const float after = larger(largest_of_three(b.below, i), b.here[i + 1]);
+    const float must_exceed = larger(larger(finer, before), min_response);
+    flags[i] = static_cast<std::uint8_t>((h > must_exceed) & (h >= larger(after, coarser)));
   }
-}
-
-// Of equal neighbours, the first in the order of levels, rows, columns is the maximum.
-bool is_maximum(const LevelRows& lower, const LevelRows& middle, const LevelRows& upper, int i,
-                int j) {
-  const float h = middle.row(j)[i];
-  for (int dj = -1; dj <= 1; ++dj) {
-    const float *finer = lower.row(j + dj), *same = middle.row(j + dj),
-                *coarser = upper.row(j + dj);
-    for (int di = -1; di <= 1; ++di) {
-      if (finer[i + di] >= h || coarser[i + di] > h) return false;
-      const bool before = dj < 0 || (dj == 0 && di < 0), itself = dj == 0 && di == 0;
-      if (!itself && (before ? same[i + di] >= h : same[i + di] > h)) return false;
-    }
-  }
-  return true;
 }
 
 // One octave of filters, swept over the image row by row.
@@ -107,19 +110,16 @@ class Octave {
     const int end = (integral_.width() - 1) / step_ - border + 1;
     const int end_row = (integral_.height() - 1) / step_ - border + 1;
     if (j < border || j >= end_row || border >= end) return;
-    sieve_row(middle.row(j - 1), middle.row(j), middle.row(j + 1), border, end, min_response_,
-              flags_.data());
+    mark_maxima(lower.around(j), middle.around(j), upper.around(j), border, end, min_response_,
+                flags_.data());
     std::memset(flags_.data() + end, 0, sizeof(std::uint64_t));
-    for (int i = border; i < end;) {
+    for (int i = border; i < end; i += static_cast<int>(sizeof(std::uint64_t))) {
       std::uint64_t word;
       std::memcpy(&word, flags_.data() + i, sizeof word);
-      if (word == 0) {
-        i += static_cast<int>(sizeof word);
-        continue;
-      }
-      if (flags_[static_cast<std::size_t>(i)] && is_maximum(lower, middle, upper, i, j))
-        found.push_back(candidate(middle.lobe(), upper.lobe() - middle.lobe(), i, j));
-      ++i;
+      if (word == 0) continue;
+      for (int at = i; at < i + static_cast<int>(sizeof word); ++at)
+        if (flags_[static_cast<std::size_t>(at)])
+          found.push_back(candidate(middle.lobe(), upper.lobe() - middle.lobe(), at, j));
     }
   }
 
