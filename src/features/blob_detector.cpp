@@ -15,6 +15,38 @@ struct ThreeRows {
   const float *above, *here, *below;
 };
 
+// largest[i]: the largest sample among the 3x3 around column i, of columns 1 to count - 2.
+// `column`: scratch.
+EIFMAP_VECTOR_CLONES
+void largest_of_nine(const ThreeRows& rows, int count, float* __restrict column,
+                     float* __restrict largest) {
+  const ThreeRows r = rows;
+  const auto larger = [](float x, float y) { return x > y ? x : y; };
+  for (int i = 0; i < count; ++i) column[i] = larger(larger(r.above[i], r.here[i]), r.below[i]);
+  for (int i = 1; i < count - 1; ++i)
+    largest[i] = larger(larger(column[i - 1], column[i]), column[i + 1]);
+}
+
+// flags[i] = 1 where the sample is as large as its 3x3x3 neighbours: a sieve in vectors. `finer`,
+// `same`, `coarser`: the largest of nine on each level.
+EIFMAP_VECTOR_CLONES
+void sieve_row(const float* __restrict samples, const float* __restrict finer,
+               const float* __restrict same, const float* __restrict coarser, int begin, int end,
+               float min_response, std::uint8_t* __restrict flags) {
+  for (int i = begin; i < end; ++i) {
+    const float h = samples[i];
+    flags[i] = static_cast<std::uint8_t>((h > min_response) & (h > finer[i]) & (h >= same[i]) &
+                                         (h >= coarser[i]));
+  }
+}
+
+// Of equal neighbours, the first in the order of levels, rows, columns is the maximum.
+bool is_first(const ThreeRows& rows, int i) {
+  const float h = rows.here[i];
+  return rows.above[i - 1] < h && rows.above[i] < h && rows.above[i + 1] < h &&
+         rows.here[i - 1] < h;
+}
+
 // The samples of one filter on the three rows that matter at a time.
 class LevelRows {
  public:
@@ -22,6 +54,7 @@ class LevelRows {
   LevelRows(int lobe, int step, int width, int height, const LevelRows* finer)
       : lobe_(lobe), step_(step), width_(width), height_(height), finer_(finer) {
     for (std::vector<float>& row : rows_) row.resize(static_cast<std::size_t>(columns()));
+    largest_.resize(static_cast<std::size_t>(columns()));
   }
 
   int lobe() const { return lobe_; }
@@ -45,8 +78,14 @@ class LevelRows {
     }
   }
 
-  float at(int i, int j) const { return row(j)[i]; }
+  // Rows j - 1 to j + 1 must be there.
   ThreeRows around(int j) const { return {row(j - 1), row(j), row(j + 1)}; }
+  void find_largest(int j, std::vector<float>& scratch) {
+    largest_of_nine(around(j), columns(), scratch.data(), largest_.data());
+  }
+
+  // The largest sample of the 3x3 around each of the row last asked for.
+  const float* largest() const { return largest_.data(); }
 
  private:
   static void take_every(int step, const float* from, std::vector<float>& samples) {
@@ -59,31 +98,8 @@ class LevelRows {
   int lobe_, step_, width_, height_;
   const LevelRows* finer_;
   std::array<std::vector<float>, 3> rows_;
+  std::vector<float> largest_;
 };
-
-// flags[i] = 1 where the middle level's sample is the maximum among its 3x3x3 neighbours. Of equal
-// neighbours, the first in the order of levels, rows, columns is. All in vectors: one by one, most
-// of the time goes into guessing wrong which comparison fails.
-EIFMAP_VECTOR_CLONES
-void mark_maxima(const ThreeRows& lower, const ThreeRows& middle, const ThreeRows& upper, int begin,
-                 int end, float min_response, std::uint8_t* __restrict flags) {
-  const ThreeRows a = lower, b = middle, c = upper;
-  const auto larger = [](float x, float y) { return x > y ? x : y; };
-  const auto largest_of_three = [larger](const float* row, int i) {
-    return larger(larger(row[i - 1], row[i]), row[i + 1]);
-  };
-  for (int i = begin; i < end; ++i) {
-    const float h = b.here[i];
-    const float finer = larger(larger(largest_of_three(a.above, i), largest_of_three(a.here, i)),
-                               largest_of_three(a.below, i));
-    const float coarser = larger(larger(largest_of_three(c.above, i), largest_of_three(c.here, i)),
-                                 largest_of_three(c.below, i));
-    const float before = larger(largest_of_three(b.above, i), b.here[i - 1]);
-    const float after = larger(largest_of_three(b.below, i), b.here[i + 1]);
-    const float must_exceed = larger(larger(finer, before), min_response);
-    flags[i] = static_cast<std::uint8_t>((h > must_exceed) & (h >= larger(after, coarser)));
-  }
-}
 
 // One octave of filters, swept over the image row by row.
 class Octave {
@@ -111,6 +127,8 @@ class Octave {
   // Samples row j, and finds the maxima in the row before. The finer octave is at row 2 j.
   void advance(int j) {
     for (LevelRows& level : levels_) level.compute(integral_, j, hessian_, full_);
+    if (j < 2) return;
+    for (LevelRows& level : levels_) level.find_largest(j - 1, full_);
     for (std::size_t k = 1; k + 1 < levels_.size(); ++k) find_maxima(k, j - 1);
   }
 
@@ -130,20 +148,21 @@ class Octave {
     const int end = (integral_.width() - 1) / step_ - border + 1;
     const int end_row = (integral_.height() - 1) / step_ - border + 1;
     if (j < border || j >= end_row || border >= end) return;
-    mark_maxima(lower.around(j), middle.around(j), upper.around(j), border, end, min_response_,
-                flags_.data());
+    const ThreeRows rows = middle.around(j);
+    sieve_row(rows.here, lower.largest(), middle.largest(), upper.largest(), border, end,
+              min_response_, flags_.data());
     std::memset(flags_.data() + end, 0, sizeof(std::uint64_t));
     for (int i = border; i < end; i += static_cast<int>(sizeof(std::uint64_t))) {
       std::uint64_t word;
       std::memcpy(&word, flags_.data() + i, sizeof word);
       if (word == 0) continue;
       for (int at = i; at < i + static_cast<int>(sizeof word); ++at)
-        if (flags_[static_cast<std::size_t>(at)])
+        if (flags_[static_cast<std::size_t>(at)] && is_first(rows, at))
           found_.push_back({.x = at * step_,
                             .y = j * step_,
                             .lobe = middle.lobe(),
                             .lobe_step = upper.lobe() - middle.lobe(),
-                            .response = middle.at(at, j),
+                            .response = rows.here[at],
                             .sign = blob_sign_at(integral_, at * step_, j * step_, middle.lobe())});
     }
   }
