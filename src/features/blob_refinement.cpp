@@ -158,7 +158,8 @@ std::optional<Blob> refine_blob(const IntegralImage& integral, const ImagePyrami
     blob.response = determinant.value;
     blob.sign = uu.value + vv.value < 0 ? -1 : 1;
     if (!inside(integral, blob)) return std::nullopt;
-    if (std::hypot(blob.u - candidate.x, blob.v - candidate.y) > first_scale) return std::nullopt;
+    const double du = blob.u - candidate.x, dv = blob.v - candidate.y;
+    if (du * du + dv * dv > first_scale * first_scale) return std::nullopt;
 
     const bool last = size < kGoodStep || iteration + 1 == kMaxIterations;
     if (last && size < kLastStep && concave(determinant.hessian)) {

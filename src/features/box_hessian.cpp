@@ -65,13 +65,23 @@ void combine_columns(const Sum* __restrict xx, const Sum* __restrict yy, const S
   }
 }
 
+Sum sum_xx_at(const IntegralImage& integral, int x, int y, int lobe) {
+  const int half = lobe / 2, reach = lobe + half;
+  const int top = y - lobe + 1, bottom = y + lobe;
+  return integral.box(x - reach, top, x + reach + 1, bottom) -
+         3 * integral.box(x - half, top, x + half + 1, bottom);
+}
+
 }  // namespace
+
+int blob_sign_at(const IntegralImage& integral, int x, int y, int lobe) {
+  return sum_xx_at(integral, x, y, lobe) < 0 ? -1 : 1;
+}
 
 BoxHessian box_hessian_at(const IntegralImage& integral, int x, int y, int lobe) {
   const int half = lobe / 2, reach = lobe + half;
-  const int top = y - lobe + 1, bottom = y + lobe, left = x - lobe + 1, right = x + lobe;
-  const Sum xx = integral.box(x - reach, top, x + reach + 1, bottom) -
-                 3 * integral.box(x - half, top, x + half + 1, bottom);
+  const int left = x - lobe + 1, right = x + lobe;
+  const Sum xx = sum_xx_at(integral, x, y, lobe);
   const Sum yy = integral.box(left, y - reach, right, y + reach + 1) -
                  3 * integral.box(left, y - half, right, y + half + 1);
   const Sum xy = integral.box(x - lobe, y - lobe, x, y) +

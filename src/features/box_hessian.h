@@ -34,6 +34,9 @@ struct BoxHessian {
 // At pixel (x, y), at least filter_margin(lobe) from every border.
 BoxHessian box_hessian_at(const IntegralImage& integral, int x, int y, int lobe);
 
+// Sign of Lxx + Lyy where the determinant is positive, and both have the same: -1 bright, +1 dark.
+int blob_sign_at(const IntegralImage& integral, int x, int y, int lobe);
+
 // Determinants of a whole row at once.
 class HessianRow {
  public:

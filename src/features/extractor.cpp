@@ -24,7 +24,7 @@ std::string FeatureOptions::problem() const {
 }
 
 FeatureExtractor::FeatureExtractor(const FeatureOptions& options)
-    : options_(options), roll_(options.roll) {
+    : options_(options), roll_(options.roll), surf_(options.surf) {
   if (const std::string problem = options.problem(); !problem.empty())
     throw std::invalid_argument("features." + problem);
 }
@@ -47,11 +47,11 @@ Features FeatureExtractor::extract(const cv::Mat& gray, const Camera& camera) {
   if (options_.extractor == ExtractorKind::kAuto) return extract_levelled(gray, camera);
   if (options_.extractor == ExtractorKind::kSift)
     return extract_sift(gray, options_.sift, options_.max_features);
-  const SurfImage image(gray, options_.surf);
+  surf_.assign(gray);
   Features features;
-  features.keypoints = image.find_keypoints(options_.max_features);
-  if (options_.extractor == ExtractorKind::kSurfOriented) image.orient(features.keypoints);
-  features.descriptors = image.describe(features.keypoints);
+  features.keypoints = surf_.find_keypoints(options_.max_features);
+  if (options_.extractor == ExtractorKind::kSurfOriented) surf_.orient(features.keypoints);
+  features.descriptors = surf_.describe(features.keypoints);
   return features;
 }
 
@@ -61,13 +61,13 @@ Features FeatureExtractor::extract_levelled(const cv::Mat& gray, const Camera& c
       throw std::invalid_argument("features: camera: " + problem);
     checked_camera_ = camera.id();
   }
-  const SurfImage image(gray, options_.surf);
-  const auto describe = [&image](std::vector<Keypoint> keypoints, float angle) {
+  surf_.assign(gray);
+  const auto describe = [this](std::vector<Keypoint> keypoints, float angle) {
     for (Keypoint& k : keypoints) k.angle = angle;
-    return Features{keypoints, image.describe(keypoints)};
+    return Features{keypoints, surf_.describe(keypoints)};
   };
   const float last = roll_.angle();
-  Features features = describe(image.find_keypoints(options_.max_features), last);
+  Features features = describe(surf_.find_keypoints(options_.max_features), last);
   roll_.follow(features, camera, [&describe](const std::vector<Keypoint>& some, float angle) {
     return describe(some, angle).descriptors;
   });

@@ -65,6 +65,7 @@ class FeatureExtractor {
 
   FeatureOptions options_;
   RollFollower roll_;
+  SurfImage surf_;                   // the last image
   std::int64_t checked_camera_ = 0;  // id of the last one: usable
 };
 

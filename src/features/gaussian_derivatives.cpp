@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 #include "features/vector_clones.h"
@@ -61,29 +62,51 @@ struct Patch {
   const float* rows[kTaps];
 };
 
+// A row of taps as vectors: spelled out, so that sums stay in registers.
+constexpr int kVectors = kTaps / kLanes;
+using Vector [[gnu::vector_size(kLanes * sizeof(float))]] = float;
+struct Taps {
+  Vector of[kVectors];
+};
+
+// Sums down the columns, of kCount derivatives to v from the n-th on.
+template <int kCount>
+[[gnu::always_inline]] inline void sum_columns(const Patch& patch, const Kernel& along_v, int n,
+                                               Taps* columns) {
+  Taps sums[kCount] = {};
+  for (int j = patch.begin; j < patch.end; ++j) {
+    Taps row;
+    std::memcpy(&row, patch.rows[j], sizeof row);
+    for (int k = 0; k < kCount; ++k)
+      for (int b = 0; b < kVectors; ++b) sums[k].of[b] += along_v.of[n + k][j] * row.of[b];
+  }
+  for (int k = 0; k < kCount; ++k) columns[n + k] = sums[k];
+}
+
 // Down the columns, then along the rows.
 EIFMAP_VECTOR_CLONES
 void apply(const Patch& patch, const Kernel& along_u, const Kernel& along_v,
            GaussianDerivatives& result) {
-  alignas(32) float columns[kOrders][kTaps] = {};
-  for (int j = patch.begin; j < patch.end; ++j) {
-    const float* row = patch.rows[j];
-    for (int n = 0; n < kOrders; ++n) {
-      const float w = along_v.of[n][j];
-      for (int i = 0; i < kTaps; ++i) columns[n][i] += w * row[i];
-    }
-  }
+  Taps columns[kOrders];
+  sum_columns<4>(patch, along_v, 0, columns);
+  sum_columns<kOrders - 4>(patch, along_v, 4, columns);
+  constexpr int kHalf = kLanes / 2, kCount = kOrders * (kOrders + 1) / 2;
+  alignas(32) float halves[kCount][kHalf], sums[kCount];
+  int count = 0;
   for (int n = 0; n < kOrders; ++n)
     for (int m = 0; n + m < kOrders; ++m) {
-      float lanes[kLanes];
-      for (int i = 0; i < kLanes; ++i) {
-        lanes[i] = 0;
-        for (int b = 0; b < kTaps; b += kLanes)
-          lanes[i] += columns[n][i + b] * along_u.of[m][i + b];
-      }
-      result.of[n][m] = ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) +
-                        ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]));
+      Taps weights;
+      std::memcpy(&weights, along_u.of[m], sizeof weights);
+      Vector sum = columns[n].of[0] * weights.of[0];
+      for (int b = 1; b < kVectors; ++b) sum += columns[n].of[b] * weights.of[b];
+      for (int k = 0; k < kHalf; ++k) halves[count][k] = sum[k] + sum[k + kHalf];
+      ++count;
     }
+  for (int i = 0; i < kCount; ++i)
+    sums[i] = (halves[i][0] + halves[i][1]) + (halves[i][2] + halves[i][3]);
+  count = 0;
+  for (int n = 0; n < kOrders; ++n)
+    for (int m = 0; n + m < kOrders; ++m) result.of[n][m] = sums[count++];
 }
 
 }  // namespace

@@ -29,11 +29,11 @@ void halve(const float* __restrict a, const float* __restrict b, const float* __
 
 }  // namespace
 
-ImagePyramid::Level ImagePyramid::empty_level(int width, int height) {
-  Level level{.width = width, .height = height, .pixels = {}};
+void ImagePyramid::resize(Level& level, int width, int height) {
+  level.width = width;
+  level.height = height;
   level.pixels.resize(static_cast<std::size_t>(level.stride()) *
                       static_cast<std::size_t>(height + 2 * kBorder));
-  return level;
 }
 
 void ImagePyramid::pad(Level& level) {
@@ -49,23 +49,27 @@ void ImagePyramid::pad(Level& level) {
   }
 }
 
-ImagePyramid::ImagePyramid(const cv::Mat& gray, int levels) {
+void ImagePyramid::assign(const cv::Mat& gray, int levels) {
   if (gray.type() != CV_8UC1 || gray.empty())
     throw std::invalid_argument("image pyramid: the image must be CV_8UC1 and not empty");
-  levels_.push_back(empty_level(gray.cols, gray.rows));
+  std::size_t count = 1;
+  for (int size = std::min(gray.cols, gray.rows); size >= 2 && static_cast<int>(count) < levels;
+       size /= 2)
+    ++count;
+  levels_.resize(count);
+  resize(levels_[0], gray.cols, gray.rows);
   for (int y = 0; y < gray.rows; ++y)
     to_floats(gray.ptr<std::uint8_t>(y), gray.cols, levels_[0].row(y));
   pad(levels_[0]);
-  std::vector<float> column(static_cast<std::size_t>(gray.cols) + 2);
-  for (int k = 1; k < levels; ++k) {
-    const Level& fine = levels_.back();
-    if (fine.width < 2 || fine.height < 2) break;
-    Level coarse = empty_level(fine.width / 2, fine.height / 2);
+  column_.resize(static_cast<std::size_t>(gray.cols) + 2);
+  for (std::size_t k = 1; k < count; ++k) {
+    const Level& fine = levels_[k - 1];
+    Level& coarse = levels_[k];
+    resize(coarse, fine.width / 2, fine.height / 2);
     for (int y = 0; y < coarse.height; ++y)
       halve(fine.row(2 * y - 1), fine.row(2 * y), fine.row(2 * y + 1), fine.row(2 * y + 2),
-            coarse.width, column.data(), coarse.row(y));
+            coarse.width, column_.data(), coarse.row(y));
     pad(coarse);
-    levels_.push_back(std::move(coarse));
   }
 }
 

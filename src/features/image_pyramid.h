@@ -11,7 +11,12 @@ class ImagePyramid {
  public:
   static constexpr int kBorder = 24;  // px on each side, copies of the outermost pixels
 
-  ImagePyramid(const cv::Mat& gray, int levels);  // CV_8UC1; intensities in [0, 1]
+  ImagePyramid() = default;
+  ImagePyramid(const cv::Mat& gray, int levels) { assign(gray, levels); }
+
+  // CV_8UC1, std::invalid_argument on another type; intensities in [0, 1]. At most `levels`. Memory
+  // of an earlier image is used again.
+  void assign(const cv::Mat& gray, int levels);
 
   int levels() const { return static_cast<int>(levels_.size()); }
   int width(int level) const { return levels_[static_cast<std::size_t>(level)].width; }
@@ -34,10 +39,11 @@ class ImagePyramid {
     const float* row(int y) const { return const_cast<Level*>(this)->row(y); }
   };
 
-  static Level empty_level(int width, int height);
+  static void resize(Level& level, int width, int height);
   static void pad(Level& level);
 
   std::vector<Level> levels_;
+  std::vector<float> column_;  // scratch
 };
 
 }  // namespace eifmap

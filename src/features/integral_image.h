@@ -11,7 +11,11 @@ namespace eifmap {
 // make a box's sum are right as long as that sum is below 2^31, however large the image.
 class IntegralImage {
  public:
-  explicit IntegralImage(const cv::Mat& gray);  // CV_8UC1; std::invalid_argument on another type
+  IntegralImage() = default;
+  explicit IntegralImage(const cv::Mat& gray) { assign(gray); }
+
+  // CV_8UC1; std::invalid_argument on another type. Memory of an earlier image is used again.
+  void assign(const cv::Mat& gray);
 
   int width() const { return width_; }    // px, of the image
   int height() const { return height_; }  // px, of the image

@@ -1,5 +1,6 @@
 #include "features/matcher.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 
@@ -10,31 +11,24 @@ namespace {
 
 constexpr double kUnit = 254;  // bytes of a unit vector have this norm
 
-// The two smallest distances seen, and whose the smallest is.
-struct Nearest {
-  int distance = std::numeric_limits<int>::max();
-  int second = std::numeric_limits<int>::max();
-  int index = -1;
+constexpr int kLanes = 16;
+constexpr int kFar = std::numeric_limits<int>::max();
 
-  void see(int d, int i) {
-    if (d < distance) {
-      second = distance;
-      distance = d;
-      index = i;
-    } else if (d < second) {
-      second = d;
+// The smallest of some distances, whose it is, and the second smallest. Of equal ones, the first is
+// the smallest.
+struct Nearest {
+  int distance = kFar, second = kFar, index = -1;
+
+  void see(const Nearest& other) {
+    if (other.distance < distance || (other.distance == distance && other.index < index)) {
+      second = std::min(distance, other.second);
+      distance = other.distance;
+      index = other.index;
+    } else {
+      second = std::min(second, other.distance);
     }
   }
 };
-
-int distance_of(const std::int8_t* __restrict a, const std::int8_t* __restrict b) {
-  int sum = 0;
-  for (int i = 0; i < kDescriptorSize; ++i) {
-    const int d = a[i] - b[i];
-    sum += d * d;
-  }
-  return sum;
-}
 
 EIFMAP_VECTOR_CLONES
 void distances(const std::int8_t* __restrict from, const std::int8_t* __restrict to, int count,
@@ -50,10 +44,43 @@ void distances(const std::int8_t* __restrict from, const std::int8_t* __restrict
   }
 }
 
+// `count`: a multiple of kLanes.
+EIFMAP_VECTOR_CLONES
+Nearest nearest_of(const int* __restrict row, int count) {
+  alignas(64) int distance[kLanes], second[kLanes], index[kLanes];
+  for (int k = 0; k < kLanes; ++k) {
+    distance[k] = second[k] = kFar;
+    index[k] = -1;
+  }
+  for (int first = 0; first < count; first += kLanes)
+    for (int k = 0; k < kLanes; ++k) {
+      const int d = row[first + k];
+      const bool nearer = d < distance[k];
+      second[k] = std::min(second[k], std::max(d, distance[k]));
+      index[k] = nearer ? first + k : index[k];
+      distance[k] = std::min(d, distance[k]);
+    }
+  Nearest nearest;
+  for (int k = 0; k < kLanes; ++k) nearest.see({distance[k], second[k], index[k]});
+  return nearest;
+}
+
+// `smallest` and `index`: per column, of the rows so far.
+EIFMAP_VECTOR_CLONES
+void see_row(const int* __restrict row, int count, int i, int* __restrict smallest,
+             int* __restrict index) {
+  for (int k = 0; k < count; ++k) {
+    index[k] = row[k] < smallest[k] ? i : index[k];
+    smallest[k] = std::min(smallest[k], row[k]);
+  }
+}
+
 }  // namespace
 
 int descriptor_distance(const std::int8_t* a, const std::int8_t* b) {
-  return distance_of(a, b);
+  int distance = 0;
+  distances(a, b, 1, &distance);
+  return distance;
 }
 
 FeatureGroup features_of_sign(const FeatureFrame& frame, int laplacian_sign) {
@@ -81,14 +108,13 @@ std::vector<Match> match(const FeatureGroup& a, const FeatureGroup& b,
                          const MatchOptions& options) {
   const double max_squared = options.max_distance * options.max_distance * kUnit * kUnit;
   const double ratio_squared = options.max_ratio * options.max_ratio;
-  std::vector<Nearest> best_of_a(a.index.size()), best_of_b(b.index.size());
-  std::vector<int> row(b.index.size());
+  const std::size_t columns = (b.index.size() + kLanes - 1) / kLanes * kLanes;
+  std::vector<Nearest> best_of_a(a.index.size());
+  std::vector<int> row(columns, kFar), smallest(columns, kFar), best_of_b(columns, -1);
   for (std::size_t i = 0; i < a.index.size(); ++i) {
     distances(&a.descriptors[i * kDescriptorSize], b.descriptors.data(), b.size(), row.data());
-    for (std::size_t k = 0; k < row.size(); ++k) {
-      best_of_a[i].see(row[k], static_cast<int>(k));
-      best_of_b[k].see(row[k], static_cast<int>(i));
-    }
+    best_of_a[i] = nearest_of(row.data(), static_cast<int>(columns));
+    see_row(row.data(), b.size(), static_cast<int>(i), smallest.data(), best_of_b.data());
   }
   std::vector<Match> matches;
   for (std::size_t i = 0; i < a.index.size(); ++i) {
@@ -96,7 +122,7 @@ std::vector<Match> match(const FeatureGroup& a, const FeatureGroup& b,
     if (nearest.index < 0 || nearest.distance > max_squared) continue;
     if (nearest.distance >= ratio_squared * nearest.second) continue;
     const std::size_t k = static_cast<std::size_t>(nearest.index);
-    if (options.mutual && best_of_b[k].index != static_cast<int>(i)) continue;
+    if (options.mutual && best_of_b[k] != static_cast<int>(i)) continue;
     matches.push_back({a.index[i], b.index[k], nearest.distance});
   }
   return matches;

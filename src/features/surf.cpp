@@ -87,8 +87,10 @@ std::string SurfOptions::problem() const {
   return "";
 }
 
-SurfImage::SurfImage(const cv::Mat& gray, const SurfOptions& options)
-    : options_(options), integral_(gray), pyramid_(gray, options.octaves + 2) {}
+void SurfImage::assign(const cv::Mat& gray) {
+  integral_.assign(gray);
+  pyramid_.assign(gray, options_.octaves + 2);
+}
 
 std::vector<Keypoint> SurfImage::find_keypoints(int max_features) const {
   const int width = integral_.width(), height = integral_.height();

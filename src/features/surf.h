@@ -23,11 +23,13 @@ struct SurfOptions {
   std::string problem() const;  // "" or which field is wrong and why
 };
 
-// An image prepared for finding and describing blobs.
+// An image prepared for finding and describing blobs, and the memory for the next one.
 class SurfImage {
  public:
-  // `gray`: CV_8UC1; std::invalid_argument on another type.
-  SurfImage(const cv::Mat& gray, const SurfOptions& options);
+  explicit SurfImage(const SurfOptions& options) : options_(options) {}
+
+  // From then on this is the image. `gray`: CV_8UC1; std::invalid_argument on another type.
+  void assign(const cv::Mat& gray);
 
   // The best `max_features` blobs, in the wire's order, upright.
   std::vector<Keypoint> find_keypoints(int max_features) const;

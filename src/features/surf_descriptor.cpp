@@ -15,9 +15,10 @@ constexpr int kSamples = 20;  // Haar responses per axis
 constexpr int kRegions = 4;   // per axis
 constexpr int kPadded = CellGrid::kPadded;
 
-// weights[p][k]: what sample k gives to subregion p along one axis.
+// of[p][k]: what sample k gives to subregion p along one axis; 0 outside [begin[p], end[p]).
 struct Weights {
   float of[kRegions][kSamples];
+  int begin[kRegions], end[kRegions];
 };
 
 const Weights& sample_weights() {
@@ -29,6 +30,8 @@ const Weights& sample_weights() {
         const double distance = std::abs(place - 5.0 * (p - 0.5 * (kRegions - 1)));
         const double sharing = std::max(0.0, 1.0 - distance / 5.0);
         w.of[p][k] = static_cast<float>(sharing * std::exp(-0.5 * place * place / (3.3 * 3.3)));
+        if (sharing > 0) w.end[p] = k + 1;
+        if (w.end[p] == 0) w.begin[p] = k + 1;
       }
     return w;
   }();
@@ -65,6 +68,25 @@ void sum_columns(const CellGrid& cells, const Weights& weights, ColumnSums& sums
   }
 }
 
+// The quantities of all subregions, summed along their rows, too. In vectors of the four quantities
+// of the four rows of subregions.
+EIFMAP_VECTOR_CLONES
+void sum_rows(const ColumnSums& sums, const Weights& weights, double* __restrict values) {
+  alignas(64) float column[kSamples][4 * kRegions];
+  for (int i = 0; i < kSamples; ++i)
+    for (int p = 0; p < kRegions; ++p)
+      for (int m = 0; m < 4; ++m) column[i][4 * p + m] = sums.of[m][p][i];
+  for (int q = 0; q < kRegions; ++q) {
+    alignas(64) float total[4 * kRegions] = {};
+    for (int i = weights.begin[q]; i < weights.end[q]; ++i) {
+      const float w = weights.of[q][i];
+      for (int k = 0; k < 4 * kRegions; ++k) total[k] += w * column[i][k];
+    }
+    for (int p = 0; p < kRegions; ++p)
+      for (int m = 0; m < 4; ++m) values[4 * (kRegions * p + q) + m] = total[4 * p + m];
+  }
+}
+
 }  // namespace
 
 void surf_descriptor(const IntegralImage& integral, float u, float v, float scale, float angle,
@@ -78,13 +100,7 @@ void surf_descriptor(const IntegralImage& integral, float u, float v, float scal
   ColumnSums sums;
   sum_columns(cells, weights, sums);
   std::array<double, kDescriptorSize> values{};
-  for (std::size_t p = 0; p < kRegions; ++p)
-    for (std::size_t q = 0; q < kRegions; ++q)
-      for (std::size_t m = 0; m < 4; ++m) {
-        float sum = 0;
-        for (std::size_t i = 0; i < kSamples; ++i) sum += weights.of[q][i] * sums.of[m][p][i];
-        values[(kRegions * p + q) * 4 + m] = sum;
-      }
+  sum_rows(sums, weights, values.data());
   write_descriptor(values, descriptor);
 }
 

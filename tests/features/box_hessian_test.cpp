@@ -51,6 +51,9 @@ TEST(BoxHessian, IsTheBruteForceFilter) {
       ASSERT_EQ(hessian.xx, expected.xx) << "lobe " << lobe << " at " << x << ' ' << y;
       ASSERT_EQ(hessian.yy, expected.yy);
       ASSERT_EQ(hessian.xy, expected.xy);
+      if (expected.determinant() > 0) {
+        ASSERT_EQ(blob_sign_at(integral, x, y, lobe), expected.trace() < 0 ? -1 : 1);
+      }
     }
   }
 }

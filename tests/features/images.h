@@ -78,21 +78,26 @@ class Texture {
   unsigned seed_;
 };
 
-// A view of a texture through a homography, with Gaussian noise as a camera's.
+// Gaussian noise as a camera's; `sigma` in grey values.
+inline cv::Mat with_noise(const cv::Mat& clean, double sigma, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0, sigma);
+  cv::Mat noisy = clean.clone();
+  for (int y = 0; y < noisy.rows; ++y)
+    for (int x = 0; x < noisy.cols; ++x)
+      noisy.at<std::uint8_t>(y, x) =
+          cv::saturate_cast<std::uint8_t>(clean.at<std::uint8_t>(y, x) + normal(random));
+  return noisy;
+}
+
+// A view of a texture through a homography, with noise.
 inline cv::Mat view(const Texture& texture, int width, int height,
                     const Eigen::Matrix3d& texture_from_image, double noise, unsigned seed) {
   const cv::Mat clean = render(width, height, [&](double x, double y) {
     const Eigen::Vector3d p = texture_from_image * Eigen::Vector3d(x, y, 1);
     return texture(p.x() / p.z(), p.y() / p.z());
   });
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal(0, noise);
-  cv::Mat noisy = clean.clone();
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      noisy.at<std::uint8_t>(y, x) =
-          cv::saturate_cast<std::uint8_t>(clean.at<std::uint8_t>(y, x) + normal(random));
-  return noisy;
+  return with_noise(clean, noise, seed);
 }
 
 }  // namespace eifmap::testing

@@ -3,7 +3,7 @@
 
 #include "features/extractor.h"
 #include "features/images.h"
-#include "features/matcher.h"
+#include "features/pair_figures.h"
 
 namespace eifmap {
 namespace {
@@ -50,50 +50,12 @@ INSTANTIATE_TEST_SUITE_P(Blobs, FindsABlob,
                                            Case{8.0, 80.9, 72.4, -1}, Case{11.0, 78.45, 76.85, 1},
                                            Case{2.5, 50.5, 99.5, 1}, Case{2.5, 50.5, 99.5, -1}));
 
-struct PairFigures {
-  int repeated = 0, visible = 0;     // keypoints of a found again in b, of those in b's view
-  int matches = 0, right = 0;        // by descriptors; right: within 2 px
-  double rms = 0, whitened_rms = 0;  // of the right ones, each axis
-};
-
 FeatureFrame frame_of(const cv::Mat& image, ExtractorKind kind) {
   Features features = extract(image, kind);
   FeatureFrame frame;
   frame.keypoints = std::move(features.keypoints);
   frame.descriptors = std::move(features.descriptors);
   return frame;
-}
-
-PairFigures compare(const FeatureFrame& a, const FeatureFrame& b, const Eigen::Matrix3d& b_from_a,
-                    int width, int height) {
-  const auto where = [&](const Keypoint& k) -> Eigen::Vector2d {
-    return (b_from_a * Eigen::Vector3d(k.u, k.v, 1)).hnormalized();
-  };
-  PairFigures figures;
-  for (const Keypoint& k : a.keypoints) {
-    const Eigen::Vector2d p = where(k);
-    if (p.x() < 20 || p.y() < 20 || p.x() > width - 21 || p.y() > height - 21) continue;
-    ++figures.visible;
-    figures.repeated += std::any_of(b.keypoints.begin(), b.keypoints.end(), [&](const Keypoint& q) {
-      return std::hypot(q.u - p.x(), q.v - p.y()) < 1 && q.laplacian_sign == k.laplacian_sign &&
-             std::abs(std::log(q.scale / k.scale)) < 0.4;
-    });
-  }
-  for (const int sign : {-1, 1})
-    for (const Match& m : match(features_of_sign(a, sign), features_of_sign(b, sign), {})) {
-      const Keypoint& k = a.keypoints[static_cast<std::size_t>(m.a)];
-      const Keypoint& q = b.keypoints[static_cast<std::size_t>(m.b)];
-      const Eigen::Vector2d error = where(k) - Eigen::Vector2d(q.u, q.v);
-      ++figures.matches;
-      if (error.norm() > 2) continue;
-      ++figures.right;
-      figures.rms += error.squaredNorm();
-      figures.whitened_rms +=
-          error.squaredNorm() / (k.sigma_px * k.sigma_px + q.sigma_px * q.sigma_px);
-    }
-  figures.rms = std::sqrt(figures.rms / (2 * figures.right));
-  figures.whitened_rms = std::sqrt(figures.whitened_rms / (2 * figures.right));
-  return figures;
 }
 
 class Pair : public ::testing::TestWithParam<ExtractorKind> {};
@@ -117,14 +79,15 @@ TEST_P(Pair, OfKnownHomographyIsFoundAgain) {
         GetParam());
     const FeatureFrame b =
         frame_of(testing::view(texture, kWidth, kHeight, a_from_b, 1.5, 2 * seed + 1), GetParam());
-    const PairFigures figures = compare(a, b, a_from_b.inverse(), kWidth, kHeight);
-    ::testing::Test::RecordProperty("rms_" + std::to_string(seed), std::to_string(figures.rms));
+    const testing::PairFigures figures = testing::compare(
+        a.keypoints, b.keypoints, testing::match_signs(a, b), a_from_b.inverse(), kWidth, kHeight);
+    ::testing::Test::RecordProperty("rms_" + std::to_string(seed), std::to_string(figures.rms()));
     EXPECT_GT(figures.repeated, 0.6 * figures.visible) << figures.visible << " visible";
     EXPECT_GT(figures.matches, 250);
     EXPECT_GT(figures.right, 0.95 * figures.matches) << figures.matches << " matches";
-    EXPECT_LT(figures.rms, 0.17);
-    EXPECT_GT(figures.whitened_rms, 0.3);
-    EXPECT_LT(figures.whitened_rms, 1.2);
+    EXPECT_LT(figures.rms(), 0.17);
+    EXPECT_GT(figures.whitened_rms(), 0.3);
+    EXPECT_LT(figures.whitened_rms(), 1.2);
   }
 }
 
