@@ -147,4 +147,5 @@ def main():
         sys.exit("FAILED: " + "\n".join(broken))
 
 
-main()
+if __name__ == "__main__":
+    main()
