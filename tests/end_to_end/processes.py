@@ -21,13 +21,18 @@ def skip(message):
     sys.exit(SKIPPED)
 
 
+def shared_folder(name):
+    """Where a sequence of the shared data would be."""
+    source = pathlib.Path(__file__).resolve().parents[2]
+    root = pathlib.Path(os.environ.get("EIFMAP_SHARED", source.parent / "shared"))
+    return root / "data" / name
+
+
 def shared(name):
     """shared:NAME is a sequence of the shared data, which may not be there."""
     if not name.startswith("shared:"):
         return name
-    source = pathlib.Path(__file__).resolve().parents[2]
-    root = pathlib.Path(os.environ.get("EIFMAP_SHARED", source.parent / "shared"))
-    folder = root / "data" / name[len("shared:"):]
+    folder = shared_folder(name[len("shared:"):])
     if not folder.is_dir():
         skip(f"no {folder}")
     return str(folder)
