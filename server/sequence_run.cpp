@@ -68,8 +68,7 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
       const TimedStep step(timer, "decode");
       image = sequence.gray(i);
     }
-    if (!image.problem.empty())
-      return refused(sequence.time_us(i), i, Reason::kCorruptImage, image.problem);
+    if (!image.problem.empty()) return refused(sequence.time_us(i), i, image.reason, image.problem);
     if (std::string problem = size_problem(image.image.cols, image.image.rows); !problem.empty())
       return refused(sequence.time_us(i), i, Reason::kBadImageSize, std::move(problem));
     FeatureFrame frame;

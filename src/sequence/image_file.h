@@ -7,12 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "reason.h"
+
 namespace eifmap {
 
 // A decoded image, or what is wrong with the file.
 struct GrayImage {
-  cv::Mat image;        // CV_8UC1; empty when there is a problem
-  std::string problem;  // "" or a sentence
+  cv::Mat image;                          // CV_8UC1; empty when there is a problem
+  std::string problem;                    // "" or a sentence
+  Reason reason = Reason::kCorruptImage;  // of the problem, or kBadImageSize
 };
 
 // A file's bytes as they are, or why they cannot be read.

@@ -62,7 +62,8 @@ GrayImage RecordedSequence::load_gray(int i) const {
           image_file(i).string() + ": is " + std::to_string(image.cols) + "x" +
               std::to_string(image.rows) + ", but " + calibration_ + " says " +
               std::to_string(camera_.width) + "x" + std::to_string(camera_.height) +
-              "; all images must have the calibration's size"};
+              "; all images must have the calibration's size",
+          Reason::kBadImageSize};
 }
 
 }  // namespace eifmap
