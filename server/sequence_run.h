@@ -22,10 +22,10 @@ struct SequenceRunOptions {
   std::uint64_t seed = 1;  // of the noise
   FeatureOptions features;
   MapperOptions mapper;
-  Handover handover;  // kAtOnce or kAfterFrames
+  Handover handover = {};  // kAtOnce or kAfterFrames
   // Of a live run: only its frames are taken, and what it decided by timing is decided alike.
-  std::filesystem::path decisions;
-  SequenceOptions images;  // what is added to the images
+  std::filesystem::path decisions = {};
+  SequenceOptions images = {};  // what is added to the images
 };
 
 // Called before each frame and at the end (done == total; of a video, total is what its head says

@@ -275,7 +275,9 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   result.num_matches = tracking.num_matches;
   result.num_inliers = static_cast<int>(tracking.sights.size());
   const auto shared = std::make_shared<const ObservedFrame>(std::move(observed));
-  const bool as_keyframe = !job_runs && wants_keyframe(map, tracking, most_tracked, options);
+  const Usual usual{most_tracked, live->history.usual_inlier_ratio()};
+  live->history.add(tracking.inlier_ratio());
+  const bool as_keyframe = !job_runs && wants_keyframe(map, tracking, usual, options);
   if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
   PoseBlock covariance;
   const bool known = frame_covariance(map, *shared, tracking, options.absolute_pose, covariance);

@@ -91,17 +91,18 @@ Reason judge_update(const Map& map, int keyframe, const Tracking& tracking, cons
 
 }  // namespace
 
-bool wants_keyframe(const Map& map, const Tracking& tracking, int most_tracked,
+bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual,
                     const MapperOptions& options) {
   const int inliers = static_cast<int>(tracking.sights.size());
   if (inliers < options.keyframe.min_inliers) return false;
+  if (tracking.inlier_ratio() < options.keyframe.min_usual_ratio * usual.inlier_ratio) return false;
   const Rigid3& reference = map.pose(tracking.reference);
   const double baseline = (tracking.world_from_camera.translation - reference.translation).norm();
   const double depth = median_sight_depth(map, tracking.world_from_camera, tracking.sights);
   if (sigma_centre(tracking) > std::max(0.1 * baseline, 0.01 * depth)) return false;
   const double haste = inliers < options.keyframe.few_tracked ? 0.5 : 1;
   if (baseline > haste * options.keyframe.max_baseline_ratio * depth) return true;
-  return inliers < options.keyframe.min_tracked_ratio * most_tracked;
+  return inliers < options.keyframe.min_tracked_ratio * usual.most_tracked;
 }
 
 Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observed,

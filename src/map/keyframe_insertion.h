@@ -11,8 +11,11 @@ namespace eifmap {
 // Whether the frame should become a keyframe: too little of the reference is left, or the camera
 // has moved far enough to see depth. Never on few inliers or an uncertain place: a map built on
 // sand jumps in scale without a word.
-// `most_tracked`: landmarks that the best frame so far tracked from the reference.
-bool wants_keyframe(const Map& map, const Tracking& tracking, int most_tracked,
+struct Usual {
+  int most_tracked = 0;     // landmarks that the best frame so far tracked from the reference
+  double inlier_ratio = 0;  // of the frames before: see TrackingHistory
+};
+bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual,
                     const MapperOptions& options);
 
 struct Insertion {

@@ -8,6 +8,7 @@
 #include "map/map.h"
 #include "map/map_news.h"
 #include "map/tracking.h"
+#include "map/tracking_history.h"
 #include "map/trajectory_log.h"
 #include "map_view.h"
 
@@ -23,6 +24,7 @@ struct LiveMap {
   MapNews news;                     // while no job has them
   std::optional<MapUpdate> update;  // of the job adopted last, until it is asked for
   TrajectoryLog log;
+  TrackingHistory history;
   std::vector<int> most_tracked;  // by keyframe: landmarks that the best frame tracked from there
   int reference = 0;              // keyframe that frames are related to
   LastMotion last;

@@ -157,7 +157,8 @@ Insertion insert_at(Map& map, const SyntheticStream& world, const Rigid3& tracke
         tracking.sights.push_back({t, keypoint});
   }
   EXPECT_GT(tracking.sights.size(), 40u);
-  return insert_keyframe(map, std::move(observed), tracking, {});
+  return insert_keyframe(map, std::make_shared<const ObservedFrame>(std::move(observed)), tracking,
+                         {});
 }
 
 TEST(Map, AKeyframeThatTheFilterMovesFarIsAScaleJump) {
@@ -186,13 +187,17 @@ TEST(Map, AKeyframeIsNotBuiltOnSand) {
   for (int t = 0; t < map.num_tracks(); ++t)
     if (map.track(t).is_landmark()) tracking.sights.push_back({t, 0});
   ASSERT_GT(static_cast<int>(tracking.sights.size()), options.keyframe.min_inliers);
-  EXPECT_TRUE(wants_keyframe(map, tracking, options));
+  EXPECT_TRUE(wants_keyframe(map, tracking, {}, options));
   Tracking uncertain = tracking;  // half a unit, with a baseline of one
   uncertain.covariance *= 0.25e6;
-  EXPECT_FALSE(wants_keyframe(map, uncertain, options));
+  EXPECT_FALSE(wants_keyframe(map, uncertain, {}, options));
   Tracking few = tracking;
   few.sights.resize(static_cast<std::size_t>(options.keyframe.min_inliers) - 1);
-  EXPECT_FALSE(wants_keyframe(map, few, options));
+  EXPECT_FALSE(wants_keyframe(map, few, {}, options));
+  Tracking odd = tracking;  // half of what it found, where all is usual
+  odd.num_matches = 2 * static_cast<int>(odd.sights.size());
+  EXPECT_TRUE(wants_keyframe(map, odd, {0, 0.5}, options));
+  EXPECT_FALSE(wants_keyframe(map, odd, {0, 0.9}, options));
 }
 
 }  // namespace
