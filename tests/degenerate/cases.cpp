@@ -104,6 +104,7 @@ std::vector<Case> make_cases() {
     Case& c = add("half_focal", images("courtyard", "lap", 240));
     c.focal_factor = 0.5;
     c.begin = Begin::kMaybe;
+    c.calibration_suspect = true;
   }
   return cases;
 }

@@ -34,8 +34,9 @@ struct Case {
   bool grows_during = true;     // false: the map stays as large as it is
   double tracked_after =
       0;  // share of the images from the start, or from `to` on, that have a pose
-  // The reason that is said of some image, or there is no map at all.
-  std::optional<Reason> says;
+  // The calibration is wrong, and that is said if there is a map, which then may be wrong. Else it
+  // is never said.
+  bool calibration_suspect = false;
 };
 
 std::span<const Case> all_cases();
