@@ -141,13 +141,21 @@ Command add_publish_command(CLI::App& app) {
                       "a folder of images (eifmap, KITTI odometry, TUM RGB-D, EuRoC MAV, or images "
                       "alone), a video, or a camera: /dev/videoN or N");
   add_calibration_options(*command, options->sequence);
-  command->add_option("--simulate", options->simulation.world, "a simulated world: courtyard")
+  command
+      ->add_option("--simulate", options->simulation.world,
+                   "a simulated world: courtyard, or one that is hard to map: tiles, wall, street")
       ->each([options](const std::string&) { options->simulate = true; });
   command->add_flag("--distorted", options->simulation.distorted, "simulate a cheap lens");
   command->add_flag("--fisheye", options->simulation.fisheye, "simulate a fisheye lens");
   command->add_option("--seed", options->simulation.seed, "of the simulated noise and surfaces");
   command->add_option("--motion", options->simulation.motion,
-                      "of the simulated camera: lap, or turn (straight on, with fast turns)");
+                      "of the simulated camera: lap, turn (straight on, with fast turns), "
+                      "look_around, pause, standstill, pan, sideways, drive");
+  command->add_option("--speed", options->simulation.speed, "of the simulated camera, m/s");
+  command->add_option(
+      "--event", options->simulation.event,
+      "from 6 s to 8 s: black (no light), covered (half the image), bus (one drives "
+      "through the street)");
   command->add_option("--roll-deg", options->simulation.roll_deg,
                       "how far the simulated camera is slowly rolled");
   command->add_option("--as", publish.as, "what to send; default: features")

@@ -68,6 +68,10 @@ constexpr std::array kTexts{
                "the message's sizes do not fit its bytes", "check the publisher and the link"},
     ReasonText{Reason::kCalibrationChanged, "CALIBRATION_CHANGED",
                "the calibration changed, a new map was begun", ""},
+    ReasonText{Reason::kCalibrationSuspect, "CALIBRATION_SUSPECT",
+               "the matches do not fit the calibration: another focal length explains them far "
+               "better, so the map is likely to be wrong",
+               "check that the calibration is this camera's, at this image size"},
     ReasonText{Reason::kInternalError, "INTERNAL_ERROR",
                "a fault inside eifmap; the frame was left out", "please report it with the log"},
 };

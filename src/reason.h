@@ -35,6 +35,8 @@ enum class Reason : std::int16_t {
   kUnknownExtractor = 48,
   kMalformedMessage = 49,
   kCalibrationChanged = 50,
+  // Said of poses that are given all the same
+  kCalibrationSuspect = 51,
   // The server's own
   kInternalError = 60,
 };

@@ -236,6 +236,15 @@ Painter facade(std::uint32_t seed, float width, float height, Painter ground) {
   };
 }
 
+Painter tiles(float side, Painter tile) {
+  return [=](float x, float y) {
+    const float dx = side * fraction(x / side), dy = side * fraction(y / side);
+    const float to_border = std::min(std::min(dx, side - dx), std::min(dy, side - dy));
+    const float joint = 1 - smooth_step(0.006f, 0.016f, to_border);
+    return mix(tile(dx, dy), 0.3f, joint);
+  };
+}
+
 Painter poster(std::uint32_t seed, float x0, float y0, Painter ground) {
   return [=](float x, float y) {
     constexpr float kWidth = 0.45f, kHeight = 0.62f, kSoft = 0.006f;

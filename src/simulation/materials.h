@@ -22,6 +22,9 @@ Painter clouds(std::uint32_t seed, float size);  // a sky of `size` m, paler tow
 // A facade of `width` x `height` m: windows in rows of storeys and a door, set into `ground`.
 Painter facade(std::uint32_t seed, float width, float height, Painter ground);
 
+// Square tiles of `side` m with joints: all show the same part of `tile`.
+Painter tiles(float side, Painter tile);
+
 // A poster with a heading and lines of print, in the middle (x, y) of a wall.
 Painter poster(std::uint32_t seed, float x, float y, Painter ground);
 

@@ -1,15 +1,20 @@
 #include "simulation/simulated_world.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <stdexcept>
 
-#include "simulation/courtyard.h"
+#include "simulation/mishap.h"
+#include "simulation/motion.h"
+#include "simulation/moving_object.h"
 #include "simulation/renderer.h"
+#include "simulation/scenery.h"
 #include "simulation/value_noise.h"
 #include "simulation/vga_camera.h"
-#include "simulation/walk.h"
 
 namespace eifmap {
 namespace {
@@ -30,11 +35,65 @@ Camera make_camera(const SimulationOptions& options) {
   return camera;
 }
 
-Walk make_walk(const SimulationOptions& options) {
+// Where what can be done.
+struct Place {
+  const char* world;
+  std::array<const char*, 6> motions;
+};
+constexpr std::array<Place, 4> kPlaces{
+    {{"courtyard", {"lap", "turn", "look_around", "pause", "standstill", "pan"}},
+     {"tiles", {"lap", "turn", "look_around", "pause", "standstill", "pan"}},
+     {"wall", {"sideways", "standstill", "pan"}},
+     {"street", {"drive", "sideways", "standstill", "pan"}}}};
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+Motion make_motion(const SimulationOptions& options, const Scenery& scenery) {
+  constexpr double kFrom = 5, kPause = 20, kLook = 8;  // s
+  constexpr double kAngle = -100 * kDegree;  // to the left: off what a walk has seen before
+  const auto speed = [&options](double usual) { return options.speed > 0 ? options.speed : usual; };
+  const std::string& motion = options.motion;
+  if (motion == "standstill") return standing(scenery.across);
+  if (motion == "pan") return panning(scenery.across, kAngle, kLook);
+  if (motion == "drive") return driving(scenery.along, speed(4));
+  if (motion == "sideways") return moving_sideways(scenery.across, speed(0.5));
   Walk walk;
-  walk.path = options.motion == "turn" ? Path::kRectangle : Path::kEllipse;
-  walk.roll = options.roll_deg * std::numbers::pi / 180;
-  return walk;
+  walk.path = motion == "turn" ? Path::kRectangle : Path::kEllipse;
+  walk.roll = options.roll_deg * kDegree;
+  walk.speed = speed(walk.speed);
+  if (motion == "pause") return with_pause(walking(walk), kFrom, kPause);
+  if (motion == "look_around") return with_look_around(walking(walk), kFrom, kLook, kAngle);
+  return walking(walk);
+}
+
+std::string problem_of_motion(const SimulationOptions& options) {
+  std::string worlds;
+  for (const Place& place : kPlaces) {
+    if (options.world != place.world) {
+      worlds += (worlds.empty() ? "" : ", ") + std::string(place.world);
+      continue;
+    }
+    std::string motions;
+    for (const char* motion : place.motions) {
+      if (!motion) break;
+      if (options.motion == motion) return "";
+      motions += (motions.empty() ? "" : ", ") + std::string(motion);
+    }
+    return "simulation: motion is '" + options.motion + "', in the world " + options.world +
+           " it is one of " + motions;
+  }
+  return "simulation: world is '" + options.world + "', wanted one of " + worlds;
+}
+
+std::string problem_of_event(const SimulationOptions& options) {
+  const std::string& event = options.event;
+  if (event != "none" && event != "black" && event != "covered" && event != "bus")
+    return "simulation: event is '" + event + "', wanted none, black, covered or bus";
+  if (event == "bus" && options.world != "street")
+    return "simulation: a bus drives in the world street alone";
+  if (!std::isfinite(options.event_from_s) || !(options.event_for_s > 0))
+    return "simulation: event_from_s must be a number and event_for_s above 0";
+  return "";
 }
 
 // Gaussian noise drawn once; each image row starts at its own place in it.
@@ -64,9 +123,9 @@ class SensorNoise {
 }  // namespace
 
 std::string SimulationOptions::problem() const {
-  if (world != "courtyard") return "simulation: world is '" + world + "', wanted 'courtyard'";
-  if (motion != "lap" && motion != "turn")
-    return "simulation: motion is '" + motion + "', wanted 'lap' or 'turn'";
+  if (std::string wrong = problem_of_motion(*this); !wrong.empty()) return wrong;
+  if (std::string wrong = problem_of_event(*this); !wrong.empty()) return wrong;
+  if (!(speed >= 0 && speed <= 100)) return "simulation: speed must be 0 to 100 m/s";
   if (!(roll_deg >= 0 && roll_deg <= 180)) return "simulation: roll_deg must be 0 to 180";
   if (num_frames < 1 || num_frames > 100000) return "simulation: num_frames must be 1 to 100000";
   if (!(rate_hz >= 1 && rate_hz <= 1000)) return "simulation: rate_hz must be 1 to 1000";
@@ -79,18 +138,42 @@ std::string SimulationOptions::problem() const {
 struct SimulatedWorld::State {
   SimulationOptions options;
   Camera camera;
-  Walk walk;
+  Scenery scenery;
+  Motion motion;
   std::vector<Surface> surfaces;
   Renderer renderer;
   SensorNoise noise;
+  std::optional<MovingObject> bus_passing;
 
   explicit State(const SimulationOptions& o)
       : options(o),
         camera(make_camera(o)),
-        walk(make_walk(o)),
-        surfaces(paint(courtyard(static_cast<std::uint32_t>(o.seed)), courtyard_light())),
+        scenery(make_scenery(o.world, static_cast<std::uint32_t>(o.seed))),
+        motion(make_motion(o, scenery)),
+        surfaces(paint(scenery.quads, scenery.light)),
         renderer(camera, surfaces),
-        noise(o.noise, o.seed) {}
+        noise(o.noise, o.seed) {
+    if (o.event != "bus") return;
+    const double middle = std::max(0.0, o.event_from_s + o.event_for_s / 2);
+    const Rigid3 view(scenery.across.rotation, motion(middle).translation);
+    bus_passing.emplace(camera, bus(static_cast<std::uint32_t>(o.seed)), scenery.light,
+                        bus_ride(view, o.event_from_s, o.event_for_s, o.seed % 2 == 0));
+  }
+
+  bool during_event(double seconds) const {
+    return seconds >= options.event_from_s && seconds < options.event_from_s + options.event_for_s;
+  }
+
+  // Before the sensor's noise.
+  Rendering render(double seconds) const {
+    const Rigid3 pose = motion(seconds);
+    Rendering rendering = renderer.render(pose);
+    if (bus_passing) bus_passing->draw_into(rendering, pose, seconds);
+    if (!during_event(seconds)) return rendering;
+    if (options.event == "black") black_out(rendering.gray);
+    if (options.event == "covered") cover_right_half(rendering.gray);
+    return rendering;
+  }
 
   void check(int i) const {
     if (i < 0 || i >= options.num_frames)
@@ -122,11 +205,12 @@ std::int64_t SimulatedWorld::time_us(int i) const {
 
 Rigid3 SimulatedWorld::world_from_camera(int i) const {
   state_->check(i);
-  return state_->walk.world_from_camera(i / state_->options.rate_hz);
+  return state_->motion(i / state_->options.rate_hz);
 }
 
 cv::Mat SimulatedWorld::render(int i) const {
-  cv::Mat gray = state_->renderer.render(world_from_camera(i)).gray;
+  state_->check(i);
+  cv::Mat gray = state_->render(i / state_->options.rate_hz).gray;
   state_->noise.add(gray, i);
   cv::Mat image;
   gray.convertTo(image, CV_8U);  // rounds and saturates
@@ -134,7 +218,8 @@ cv::Mat SimulatedWorld::render(int i) const {
 }
 
 cv::Mat SimulatedWorld::depth(int i) const {
-  const cv::Mat inverse = state_->renderer.render(world_from_camera(i)).inverse_depth;
+  state_->check(i);
+  const cv::Mat inverse = state_->render(i / state_->options.rate_hz).inverse_depth;
   cv::Mat depth(inverse.size(), CV_32FC1);
   for (int y = 0; y < inverse.rows; ++y)
     for (int x = 0; x < inverse.cols; ++x) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 namespace eifmap {
@@ -88,6 +89,75 @@ TEST(SimulatedWorld, ImagesAgreeInATurnAndRolled) {
     EXPECT_LT(next.median, 2.5) << frame;
     EXPECT_GT(next.share, 0.6) << frame;
   }
+}
+
+// Every world with what is done in it.
+TEST(SimulatedWorld, ImagesAgreeInWhatIsHardToMap) {
+  struct Way {
+    const char *world, *motion;
+    double speed;
+  };
+  for (const auto& [world_name, motion, speed] :
+       {Way{"street", "drive", 4}, Way{"wall", "sideways", 0.5}, Way{"wall", "pan", 0},
+        Way{"tiles", "lap", 0}}) {
+    SimulationOptions options;
+    options.world = world_name;
+    options.motion = motion;
+    options.speed = speed;
+    options.noise = 0;
+    const SimulatedWorld world(options);
+    for (const int frame : {0, 130}) {
+      const auto next = warp_difference(world, frame, frame + 1, {});
+      EXPECT_LT(next.median, 2.5) << world_name << ' ' << motion << ' ' << frame;
+      EXPECT_GT(next.share, 0.5) << world_name << ' ' << motion << ' ' << frame;
+    }
+  }
+}
+
+// The share of pixels that differ between two worlds at a frame, noise aside.
+double changed_share(const SimulatedWorld& a, const SimulatedWorld& b, int frame) {
+  cv::Mat difference;
+  cv::absdiff(a.render(frame), b.render(frame), difference);
+  return cv::countNonZero(difference > 8) / static_cast<double>(difference.total());
+}
+
+TEST(SimulatedWorld, EventsHappenWhenTheyShould) {
+  SimulationOptions options;
+  options.world = "wall";
+  options.motion = "sideways";
+  options.noise = 0;
+  const SimulatedWorld plain(options);
+  options.event_from_s = 5;
+  options.event_for_s = 4;
+  for (const auto& [event, least, most] :
+       {std::tuple{"black", 0.95, 1.0}, {"covered", 0.45, 0.52}}) {
+    options.event = event;
+    const SimulatedWorld world(options);
+    for (const int frame : {90, 190}) EXPECT_EQ(changed_share(world, plain, frame), 0) << event;
+    const double changed = changed_share(world, plain, 140);
+    EXPECT_GE(changed, least) << event;
+    EXPECT_LE(changed, most) << event;
+  }
+}
+
+// In front of the houses, as far away as its depth says, and only for a while.
+TEST(SimulatedWorld, ABusDrivesThroughTheStreet) {
+  SimulationOptions options;
+  options.world = "street";
+  options.motion = "sideways";
+  options.noise = 0;
+  options.event_from_s = 5;
+  options.event_for_s = 4;
+  const SimulatedWorld plain(options);
+  options.event = "bus";
+  const SimulatedWorld world(options);
+  for (const int frame : {90, 190}) EXPECT_EQ(changed_share(world, plain, frame), 0);
+  EXPECT_GT(changed_share(world, plain, 140), 0.2);
+  EXPECT_LT(changed_share(world, plain, 140), 0.45);
+  const cv::Mat without = plain.depth(140), with = world.depth(140);
+  EXPECT_NEAR(with.at<float>(240, 320), 5.8, 0.3);
+  EXPECT_GT(without.at<float>(240, 320), 10);
+  EXPECT_EQ(cv::countNonZero(with > without), 0);
 }
 
 TEST(SimulatedWorld, PointsAreOnTheGroundOrAboveIt) {
@@ -199,6 +269,13 @@ TEST(SimulatedWorld, SaysWhichOptionIsWrong) {
   options = {};
   options.motion = "jump";
   EXPECT_NE(options.problem().find("'jump'"), std::string::npos);
+  options.motion = "drive";
+  EXPECT_NE(options.problem().find("courtyard"), std::string::npos);
+  options = {};
+  options.event = "bus";
+  EXPECT_NE(options.problem().find("street"), std::string::npos);
+  options.event = "rain";
+  EXPECT_NE(options.problem().find("'rain'"), std::string::npos);
   options = {};
   options.roll_deg = -1;
   EXPECT_NE(options.problem().find("roll_deg"), std::string::npos);
