@@ -7,6 +7,7 @@
 
 #include "frame_check.h"
 #include "map/audit.h"
+#include "map/calibration_check.h"
 #include "map/frame_covariance.h"
 #include "map/keyframe_insertion.h"
 #include "map/keyframe_work.h"
@@ -40,12 +41,17 @@ class Step {
 
 struct Mapper::State {
   State(const Camera& c, const MapperOptions& o)
-      : camera(c), options(o), start(c, o), map_sign(sign_to_start_with(o.map_sign)) {}
+      : camera(c),
+        options(o),
+        start(c, o),
+        calibration(c, o),
+        map_sign(sign_to_start_with(o.map_sign)) {}
 
   Camera camera;
   MapperOptions options;
   StepObserver observer;
   MapStart start;
+  CalibrationCheck calibration;
   std::optional<LiveMap> live;
   std::optional<FinishedMap> finished;  // the largest of those given up
   std::int64_t map_id = 0;
@@ -295,6 +301,7 @@ KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observe
   work->map_id = map_id;
   work->options = options;
   work->observed = std::move(observed);
+  work->calibration = calibration;
   work->tracking = tracking;
   work->before = live->current;
   work->after = std::move(live->spare);
@@ -307,6 +314,7 @@ Reason Mapper::State::adopt(KeyframeJob job) {
   KeyframeWork& work = job.work();
   adopted_job = work.id;
   if (work.news) live->news = std::move(*work.news);
+  calibration = std::move(*work.calibration);
   if (work.insertion.reason != Reason::kNone) {
     live->spare = std::move(work.after);
     return work.insertion.reason;
@@ -436,6 +444,7 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
       state.find_again(std::move(observed), result);
     else
       state.track(std::move(observed), result);
+    state.calibration.warn(result);
   }
   result.map_id = state.map_id;
   result.adopted_job = std::exchange(state.adopted_job, 0);

@@ -29,12 +29,12 @@ class CalibrationCheck {
 
   CalibrationCheck(const Camera& camera, const MapperOptions& options);
 
-  // After each keyframe: the newest one against an earlier one from which it has turned. Costs up to
-  // 50 ms for each of a few pairs until there is a verdict, nothing after it.
+  // After each keyframe: the newest one against an earlier one from which it has turned. Costs up
+  // to 50 ms for each of a few pairs until there is a verdict, nothing after it.
   void look_at(const Map& map);
 
-  // Once the calibration is suspect, a tracked frame that has no reason gets kCalibrationSuspect; its
-  // pose stays as it is.
+  // Once the calibration is suspect, a tracked frame that has no reason gets kCalibrationSuspect;
+  // its pose stays as it is.
   void warn(FrameResult& result) const;
 
   // One pair alone; the matches' a in i, b in j.

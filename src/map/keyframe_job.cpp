@@ -22,8 +22,9 @@ void KeyframeJob::run() {
   else
     work.after = std::make_shared<Map>(*work.before);
   work.insertion = insert_keyframe(*work.after, work.observed, work.tracking, work.options);
-  if (work.news && work.insertion.reason == Reason::kNone)
-    work.update = work.news->since_last(*work.after);
+  if (work.insertion.reason != Reason::kNone) return;
+  work.calibration->look_at(*work.after);
+  if (work.news) work.update = work.news->since_last(*work.after);
 }
 
 }  // namespace eifmap

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "map/calibration_check.h"
 #include "map/keyframe_insertion.h"
 #include "map/map.h"
 #include "map/map_news.h"
@@ -21,6 +22,7 @@ struct KeyframeWork {
   Tracking tracking;                  // of the frame in `before`
   std::shared_ptr<const Map> before;  // read by the tracking meanwhile
   std::optional<MapNews> news;        // of `before`; none: nobody wants updates of the map
+  std::optional<CalibrationCheck> calibration;  // its pairs so far; run() adds to them
 
   // Made by run(). A map that may be written over comes in `after`, for its memory.
   std::shared_ptr<Map> after;
