@@ -1,10 +1,23 @@
 #include "server/keyframe_worker.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <stdexcept>
 #include <utility>
 
 namespace eifmap {
+namespace {
+
+// Where cores are few, whoever waits for a pose goes first. Linux keeps this by thread.
+void yield_to_tracking() {
+  constexpr int kNicer = 5;
+  const auto thread = static_cast<id_t>(gettid());
+  static_cast<void>(setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, thread) + kNicer));
+}
+
+}  // namespace
 
 KeyframeWorker::KeyframeWorker(Handover handover) : handover_(std::move(handover)) {
   if (!handover_.recorded && handover_.when == Handover::When::kAtOnce)
@@ -79,6 +92,7 @@ double KeyframeWorker::take_busy_ms() {
 
 void KeyframeWorker::run() {
   using Clock = std::chrono::steady_clock;
+  yield_to_tracking();
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return closing_ || (job_ && !done_); });

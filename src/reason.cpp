@@ -22,7 +22,8 @@ constexpr std::array kTexts{
                "move on, sideways by preference"},
     ReasonText{Reason::kPlanarScene, "PLANAR_SCENE",
                "one plane fills the view and leaves two possible motions",
-               "bring things at different depths into view"},
+               "move on, in another direction or turning a little, or bring things at other depths "
+               "into view"},
     ReasonText{Reason::kRelativePoseFailed, "RELATIVE_POSE_FAILED",
                "no relative pose explains enough of the matches",
                "check that the scene is mostly at rest and the calibration is this camera's"},

@@ -134,7 +134,7 @@ MapSign sign_to_start_with(MapSignChoice choice) {
 }
 
 MapStart::MapStart(const Camera& camera, const MapperOptions& options)
-    : camera_(camera), options_(options) {}
+    : camera_(camera), options_(options), planar_(options) {}
 
 // The anchor is too far back to match: its successor is the frame half way to the newest.
 void MapStart::give_up_anchor() {
@@ -184,6 +184,7 @@ StartStep MapStart::compare_with_anchor(ObservedFrame& observed) {
       pair = relate(anchor, observed, camera_.radians_per_pixel(), options_);
     }
   }
+  if (pair.relative.ok() && pair.relative.planar) planar_.decide(anchor, observed, pair);
   const std::vector<StartPoint> points = pair.relative.ok()
                                              ? certain_points(anchor, observed, pair, options_)
                                              : std::vector<StartPoint>();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "map/map.h"
+#include "map/planar_start.h"
 
 namespace eifmap {
 
@@ -43,6 +44,7 @@ class MapStart {
 
   Camera camera_;
   MapperOptions options_;
+  PlanarStart planar_;
   std::deque<ObservedFrame> frames_;  // from the oldest kept to the newest
   std::size_t anchor_ = 0;            // in frames_
 };

@@ -43,7 +43,7 @@ std::vector<Case> make_cases() {
   }
   {
     Case& c = add("plane", images("wall", "sideways", 240));
-    c.begin = Begin::kMaybe;
+    c.begin = Begin::kInTime;
     c.waits_with = Reason::kPlanarScene;
   }
   {
