@@ -268,6 +268,8 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   const Map& map = live->map();
   const bool continued = tracking.source != PoseSource::kRelocalized;
   const Eigen::Vector3d step = tracking.world_from_camera.translation - live->last.pose.translation;
+  const double step_px =
+      step_in_pixels(map, tracking.sights, live->last.pose, tracking.world_from_camera);
   live->last = {tracking.world_from_camera, continued ? step : Eigen::Vector3d::Zero()};
   live->reference = better_reference(map, tracking);
   int& most_tracked = live->most_tracked[static_cast<std::size_t>(tracking.reference)];
@@ -281,8 +283,9 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   result.num_matches = tracking.num_matches;
   result.num_inliers = static_cast<int>(tracking.sights.size());
   const auto shared = std::make_shared<const ObservedFrame>(std::move(observed));
-  const Usual usual{most_tracked, live->history.usual_inlier_ratio()};
-  live->history.add(tracking.inlier_ratio());
+  const Usual usual{most_tracked, live->history.usual_inlier_ratio(),
+                    live->history.is_odd_step(step_px)};
+  live->history.add(tracking.inlier_ratio(), step_px);
   const bool as_keyframe = !job_runs && wants_keyframe(map, tracking, usual, options);
   if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
   PoseBlock covariance;

@@ -14,6 +14,7 @@ namespace eifmap {
 struct Usual {
   int most_tracked = 0;     // landmarks that the best frame so far tracked from the reference
   double inlier_ratio = 0;  // of the frames before: see TrackingHistory
+  bool odd_step = false;    // to this frame: likewise
 };
 bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual,
                     const MapperOptions& options);

@@ -1,32 +1,35 @@
-// What is usual of the frames tracked lately: what an odd one is told by.
+// What is usual of the frames tracked lately: what an odd one is told by. A torn or shifted image
+// may look like a step of the camera that none has taken, and such a frame must not enter the map.
 #pragma once
 
-#include <algorithm>
+#include <cstddef>
 #include <deque>
-#include <vector>
+
+#include "map/map.h"
+#include "map/tracking.h"
 
 namespace eifmap {
 
 class TrackingHistory {
  public:
-  // Of each tracked frame: of the landmarks found, the share that agrees with the pose.
-  void add(double inlier_ratio) {
-    ratios_.push_back(inlier_ratio);
-    if (ratios_.size() > kFrames) ratios_.pop_front();
-  }
-  // The median of the last frames, refused ones included: what becomes usual is soon taken for it.
-  // 0 before the first.
-  double usual_inlier_ratio() const {
-    if (ratios_.empty()) return 0;
-    std::vector<double> sorted(ratios_.begin(), ratios_.end());
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    return *middle;
-  }
+  // Of each tracked frame. `inlier_ratio`: of the landmarks found, the share that agrees with the
+  // pose. `step_px`: see step_in_pixels().
+  void add(double inlier_ratio, double step_px);
+
+  // The median of the last frames, odd ones included: what becomes usual is soon taken for it. 0
+  // before the first.
+  double usual_inlier_ratio() const;
+
+  // Much larger than the step before it and than the usual one. Where the camera does begin to move
+  // faster, the next step is as large, and no longer odd.
+  bool is_odd_step(double step_px) const;
 
  private:
-  static constexpr std::size_t kFrames = 15;
-  std::deque<double> ratios_;
+  std::deque<double> inlier_ratios_, steps_px_;
 };
+
+// How far the landmarks of `sights` move in the image from one pose to the other: the median.
+double step_in_pixels(const Map& map, const std::vector<LandmarkSight>& sights, const Rigid3& from,
+                      const Rigid3& to);
 
 }  // namespace eifmap
