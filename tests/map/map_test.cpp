@@ -40,27 +40,6 @@ void expect_consistent(const Map& map) {
     }
 }
 
-// Landmarks from true poses: extend_tracks needs neighbours, which need landmarks.
-Map scene_with_landmarks(const SyntheticStream& world, int keyframes) {
-  MapperOptions options;
-  Map map = make_scene(world, keyframes, options);
-  const auto& first = map.keyframe(0).observed();
-  const auto& second = map.keyframe(1).observed();
-  for (const Match& m : match_omega_m(first, second, options.match)) {
-    const int track = map.add_track({0, m.a});
-    map.add_sight(track, {1, m.b});
-    for (int k = 2; k < keyframes; ++k)
-      for (int keypoint : map.keyframe(k).observed().minus.index)
-        if (map.keyframe(k).observed().frame.keypoints[keypoint].response ==
-            first.frame.keypoints[m.a].response)
-          map.add_sight(track, {k, keypoint});
-    const Eigen::Vector3d point =
-        scene_pose(0) * Eigen::Vector3d(6 * Eigen::Vector3d(first.x[m.a].homogeneous()));
-    map.promote(track, point, Eigen::Matrix3d::Identity());
-  }
-  return map;
-}
-
 TEST(Map, StaysConsistentThroughItsLife) {
   const SyntheticStream world;
   MapperOptions options;

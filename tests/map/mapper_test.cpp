@@ -140,23 +140,27 @@ TEST(Mapper, BadFramesChangeNothing) {
   EXPECT_EQ(disturbed.statistics().frames, clean.statistics().frames);
 }
 
+// A short dark: where it was. A long one: anywhere in the map.
 TEST(Mapper, LosesItselfInTheDarkAndFindsItselfAgain) {
   const SyntheticStream world;
-  Mapper mapper(synthetic_camera(), {});
-  for (int i = 0; i < 30; ++i) mapper.process(world.view(i, sideways(i)));
-  for (int i = 30; i < 36; ++i) {
-    FeatureFrame dark = world.view(i, sideways(i));
-    dark.keypoints.clear();
-    dark.descriptors.clear();
-    const FrameResult result = mapper.process(dark);
-    EXPECT_EQ(result.state, TrackingState::kLost);
-    EXPECT_NE(result.reason, Reason::kNone);
+  for (const bool is_long : {false, true}) {
+    Mapper mapper(synthetic_camera(), {});
+    for (int i = 0; i < 30; ++i) mapper.process(world.view(i, sideways(i)));
+    const int light = is_long ? 56 : 36;
+    for (int i = 30; i < light; ++i) {
+      FeatureFrame dark = world.view(i, sideways(i));
+      dark.keypoints.clear();
+      dark.descriptors.clear();
+      const FrameResult result = mapper.process(dark);
+      EXPECT_EQ(result.state, TrackingState::kLost);
+      EXPECT_NE(result.reason, Reason::kNone);
+    }
+    const FrameResult back = mapper.process(world.view(light, sideways(is_long ? 5 : 28)));
+    EXPECT_EQ(back.state, TrackingState::kTracking);
+    EXPECT_EQ(back.source == PoseSource::kRelocalized, is_long);
+    EXPECT_EQ(mapper.statistics().losses, 1);
+    EXPECT_EQ(mapper.statistics().starts, 1);
   }
-  const FrameResult back = mapper.process(world.view(36, sideways(28)));
-  EXPECT_EQ(back.state, TrackingState::kTracking);
-  EXPECT_EQ(back.source, PoseSource::kRelocalized);
-  EXPECT_EQ(mapper.statistics().losses, 1);
-  EXPECT_EQ(mapper.statistics().starts, 1);
 }
 
 TEST(Mapper, APublisherStartedAgainFindsItsMap) {

@@ -1,0 +1,72 @@
+#include "map/tracking_history.h"
+
+#include <gtest/gtest.h>
+
+#include "support/map_scene.h"
+
+namespace eifmap::test {
+namespace {
+
+TrackingHistory after_steps(std::initializer_list<double> steps_px) {
+  TrackingHistory history;
+  for (const double step : steps_px) history.add(0.7, step);
+  return history;
+}
+
+TEST(TrackingHistory, AnImageShiftedOnceIsAnOddStep) {
+  const TrackingHistory walk = after_steps({6, 7, 5, 6, 8, 7});
+  EXPECT_FALSE(walk.is_odd_step(11));  // too small to be told from a jerk
+  EXPECT_FALSE(walk.is_odd_step(20));
+  EXPECT_TRUE(walk.is_odd_step(25));
+}
+
+TEST(TrackingHistory, ATurnThatBeginsIsOddAtMostOnce) {
+  TrackingHistory history = after_steps({6, 7, 5, 6, 8, 7});
+  int odd = 0;
+  for (const double step : {25.0, 50.0, 80.0, 80.0, 80.0}) {
+    odd += history.is_odd_step(step);
+    history.add(0.7, step);
+  }
+  EXPECT_EQ(odd, 1);
+}
+
+TEST(TrackingHistory, LargeStepsAreNotOddWhereTheyAreUsual) {
+  const TrackingHistory rare_images = after_steps({80, 20, 120, 60, 90, 15});
+  EXPECT_FALSE(rare_images.is_odd_step(150));
+}
+
+TEST(TrackingHistory, SaysNothingBeforeTheFirstStep) {
+  EXPECT_FALSE(TrackingHistory().is_odd_step(500));
+  EXPECT_EQ(TrackingHistory().usual_inlier_ratio(), 0);
+}
+
+TEST(TrackingHistory, TheUsualShareIsTheMedianOfTheLastFrames) {
+  TrackingHistory history;
+  for (int k = 0; k < 20; ++k) history.add(0.2, 5);
+  for (int k = 0; k < 15; ++k) history.add(k % 2 ? 0.8 : 0.7, 5);
+  EXPECT_NEAR(history.usual_inlier_ratio(), 0.7, 0.11);
+  history.add(0.1, 5);  // one odd frame does not make it unusual
+  EXPECT_GE(history.usual_inlier_ratio(), 0.7);
+}
+
+TEST(TrackingHistory, AStepInPixelsIsThatOfTheLandmarksSeen) {
+  const SyntheticStream world;
+  Map map = scene_with_landmarks(world, 5);
+  map.update();
+  std::vector<LandmarkSight> sights;
+  for (int t = 0; t < map.num_tracks(); ++t)
+    if (map.track(t).is_landmark()) sights.push_back({t, 0});
+  ASSERT_FALSE(sights.empty());
+  const Rigid3& from = map.pose(4);
+  EXPECT_EQ(step_in_pixels(map, sights, from, from), 0);
+  // A turn by an angle moves what is near the axis by angle / (radians per pixel).
+  constexpr double kAngle = 0.02;
+  const Rigid3 turned(
+      from.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(kAngle, Eigen::Vector3d::UnitY())),
+      from.translation);
+  EXPECT_NEAR(step_in_pixels(map, sights, from, turned), kAngle / map.radians_per_pixel(),
+              0.2 * kAngle / map.radians_per_pixel());
+}
+
+}  // namespace
+}  // namespace eifmap::test
