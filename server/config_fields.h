@@ -122,7 +122,6 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_baseline_ratio", o.max_baseline_ratio);
   visit("few_tracked", o.few_tracked);
   visit("min_inliers", o.min_inliers);
-  visit("min_usual_ratio", o.min_usual_ratio);
 }
 
 template <OptionsOf<LandmarkOptions> O>

@@ -283,9 +283,8 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   result.num_matches = tracking.num_matches;
   result.num_inliers = static_cast<int>(tracking.sights.size());
   const auto shared = std::make_shared<const ObservedFrame>(std::move(observed));
-  const Usual usual{most_tracked, live->history.usual_inlier_ratio(),
-                    live->history.is_odd_step(step_px)};
-  live->history.add(tracking.inlier_ratio(), step_px);
+  const Usual usual{most_tracked, live->history.is_odd_step(step_px)};
+  live->history.add(step_px);
   const bool as_keyframe = !job_runs && wants_keyframe(map, tracking, usual, options);
   if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
   PoseBlock covariance;

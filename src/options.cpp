@@ -28,8 +28,6 @@ std::string keyframe_problem(const KeyframeOptions& o) {
     return say("keyframe.max_baseline_ratio", o.max_baseline_ratio, "above 0");
   if (o.few_tracked < 0) return say("keyframe.few_tracked", o.few_tracked, "0 or more");
   if (o.min_inliers < 6) return say("keyframe.min_inliers", o.min_inliers, "6 or more");
-  if (!(o.min_usual_ratio >= 0 && o.min_usual_ratio <= 1))
-    return say("keyframe.min_usual_ratio", o.min_usual_ratio, "from 0 to 1");
   return "";
 }
 

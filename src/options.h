@@ -62,9 +62,6 @@ struct KeyframeOptions {
   // With fewer tracked landmarks than this the map needs new ones soon: half the baseline will do.
   int few_tracked = 120;
   int min_inliers = 25;  // below this a keyframe would be built on sand
-  // Nor is one made of a frame that agrees with less of what it sees of the map than so much of
-  // what is usual: a torn or a shifted image looks like a step of the camera that none has taken.
-  double min_usual_ratio = 0.8;
 };
 
 struct LandmarkOptions {

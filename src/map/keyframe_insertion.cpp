@@ -95,7 +95,6 @@ bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual
                     const MapperOptions& options) {
   const int inliers = static_cast<int>(tracking.sights.size());
   if (inliers < options.keyframe.min_inliers || usual.odd_step) return false;
-  if (tracking.inlier_ratio() < options.keyframe.min_usual_ratio * usual.inlier_ratio) return false;
   const Rigid3& reference = map.pose(tracking.reference);
   const double baseline = (tracking.world_from_camera.translation - reference.translation).norm();
   const double depth = median_sight_depth(map, tracking.world_from_camera, tracking.sights);

@@ -12,9 +12,8 @@ namespace eifmap {
 // has moved far enough to see depth. Never on few inliers or an uncertain place: a map built on
 // sand jumps in scale without a word.
 struct Usual {
-  int most_tracked = 0;     // landmarks that the best frame so far tracked from the reference
-  double inlier_ratio = 0;  // of the frames before: see TrackingHistory
-  bool odd_step = false;    // to this frame: likewise
+  int most_tracked = 0;   // landmarks that the best frame so far tracked from the reference
+  bool odd_step = false;  // to this frame: see TrackingHistory
 };
 bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual,
                     const MapperOptions& options);

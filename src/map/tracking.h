@@ -33,9 +33,6 @@ struct Tracking {
   int num_matches = 0;                      // landmarks matched, inliers or not
 
   bool ok() const { return reason == Reason::kNone; }
-  double inlier_ratio() const {
-    return num_matches > 0 ? static_cast<double>(sights.size()) / num_matches : 0;
-  }
 };
 
 // Where the camera was last. Only a start for where no relative pose can be had, and the length of

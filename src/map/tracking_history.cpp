@@ -13,11 +13,6 @@ constexpr std::size_t kFrames = 15;
 // Of a step, times the larger of the one before and the usual one; smaller ones are never odd.
 constexpr double kOddRatio = 3, kSmallStep = 12;  // the latter in pixels
 
-void push(std::deque<double>& values, double value) {
-  values.push_back(value);
-  if (values.size() > kFrames) values.pop_front();
-}
-
 double median_of(const std::deque<double>& values) {
   std::vector<double> copy(values.begin(), values.end());
   return take_median(copy);
@@ -25,13 +20,9 @@ double median_of(const std::deque<double>& values) {
 
 }  // namespace
 
-void TrackingHistory::add(double inlier_ratio, double step_px) {
-  push(inlier_ratios_, inlier_ratio);
-  push(steps_px_, step_px);
-}
-
-double TrackingHistory::usual_inlier_ratio() const {
-  return median_of(inlier_ratios_);
+void TrackingHistory::add(double step_px) {
+  steps_px_.push_back(step_px);
+  if (steps_px_.size() > kFrames) steps_px_.pop_front();
 }
 
 bool TrackingHistory::is_odd_step(double step_px) const {

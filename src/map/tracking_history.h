@@ -12,20 +12,16 @@ namespace eifmap {
 
 class TrackingHistory {
  public:
-  // Of each tracked frame. `inlier_ratio`: of the landmarks found, the share that agrees with the
-  // pose. `step_px`: see step_in_pixels().
-  void add(double inlier_ratio, double step_px);
-
-  // The median of the last frames, odd ones included: what becomes usual is soon taken for it. 0
-  // before the first.
-  double usual_inlier_ratio() const;
+  // Of each tracked frame: step_in_pixels().
+  void add(double step_px);
 
   // Much larger than the step before it and than the usual one. Where the camera does begin to move
   // faster, the next step is as large, and no longer odd.
   bool is_odd_step(double step_px) const;
 
  private:
-  std::deque<double> inlier_ratios_, steps_px_;
+  std::deque<double> steps_px_;  // of the last frames, odd ones included: what becomes usual is
+                                 // soon taken for it
 };
 
 // How far the landmarks of `sights` move in the image from one pose to the other: the median.

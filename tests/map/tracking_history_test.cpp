@@ -9,7 +9,7 @@ namespace {
 
 TrackingHistory after_steps(std::initializer_list<double> steps_px) {
   TrackingHistory history;
-  for (const double step : steps_px) history.add(0.7, step);
+  for (const double step : steps_px) history.add(step);
   return history;
 }
 
@@ -25,7 +25,7 @@ TEST(TrackingHistory, ATurnThatBeginsIsOddAtMostOnce) {
   int odd = 0;
   for (const double step : {25.0, 50.0, 80.0, 80.0, 80.0}) {
     odd += history.is_odd_step(step);
-    history.add(0.7, step);
+    history.add(step);
   }
   EXPECT_EQ(odd, 1);
 }
@@ -37,16 +37,6 @@ TEST(TrackingHistory, LargeStepsAreNotOddWhereTheyAreUsual) {
 
 TEST(TrackingHistory, SaysNothingBeforeTheFirstStep) {
   EXPECT_FALSE(TrackingHistory().is_odd_step(500));
-  EXPECT_EQ(TrackingHistory().usual_inlier_ratio(), 0);
-}
-
-TEST(TrackingHistory, TheUsualShareIsTheMedianOfTheLastFrames) {
-  TrackingHistory history;
-  for (int k = 0; k < 20; ++k) history.add(0.2, 5);
-  for (int k = 0; k < 15; ++k) history.add(k % 2 ? 0.8 : 0.7, 5);
-  EXPECT_NEAR(history.usual_inlier_ratio(), 0.7, 0.11);
-  history.add(0.1, 5);  // one odd frame does not make it unusual
-  EXPECT_GE(history.usual_inlier_ratio(), 0.7);
 }
 
 TEST(TrackingHistory, AStepInPixelsIsThatOfTheLandmarksSeen) {
