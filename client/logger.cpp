@@ -186,7 +186,8 @@ void Logger::receive_decision(const std::string&, Bytes bytes) {
     return;
   }
   take(decision.value.origin);
-  decisions_ << line_of(decision.value.decision) << '\n' << std::flush;
+  const auto& [origin, decided] = decision.value;
+  decisions_ << line_of(decided, origin.server_epoch) << '\n' << std::flush;
 }
 
 void Logger::receive_map(const std::string&, Bytes bytes) {

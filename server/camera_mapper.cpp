@@ -245,14 +245,21 @@ MapUpdate CameraMapper::next_update() {
 }
 
 std::optional<MapUpdate> CameraMapper::adopt_keyframe(bool wait) {
-  if (!maps_beside() || (!wait && !keyframes_->is_done())) return std::nullopt;
+  if (!keyframes_ || !(wait ? keyframes_->has_job() : keyframes_->may_be_adopted()))
+    return std::nullopt;
   try {
     if (mapper_->settle()) return next_update();
   } catch (const std::exception&) {
-    begin_map(camera_, *calibration_of(camera_));  // as where a frame meets it: map()
+    // As where a frame meets it: map(). At the end the results without the last keyframe are more.
+    if (!wait) begin_map(camera_, *calibration_of(camera_));
     throw;
   }
   return std::nullopt;
+}
+
+bool CameraMapper::maps_beside() const {
+  return keyframes_ && keyframes_->has_job() &&
+         (keyframes_->may_be_adopted() || !keyframes_->is_done());
 }
 
 // As soon as the header is known: a frame that is refused has arrived all the same.

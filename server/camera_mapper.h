@@ -51,10 +51,10 @@ class CameraMapper {
   // `received_us`: the server's clock at its reception, for the book of streams alone; 0 unknown.
   Mapped take_frame(const Channel& channel, Bytes bytes, std::int64_t received_us = 0);
 
-  // A keyframe's job that is done needs no frame to be adopted; nothing when none is. With `wait`:
-  // one that still runs too.
+  // A keyframe's job that is done needs no frame to be adopted where timing decides; nothing when
+  // none is. With `wait`, at the end: any, and one that still runs too.
   std::optional<MapUpdate> adopt_keyframe(bool wait);
-  bool maps_beside() const { return keyframes_ && keyframes_->has_job(); }
+  bool maps_beside() const;  // a job runs, or waits for adopt_keyframe()
 
   // Frames that the server itself dropped before the next one are no gap in their numbers.
   void note_dropped(std::int64_t frames) { dropped_ += frames; }

@@ -34,6 +34,8 @@ KeyframeWorker::~KeyframeWorker() {
 }
 
 void KeyframeWorker::start(KeyframeJob job) {
+  // First: were there none for the job, finish() would wait for ever.
+  if (!thread_.joinable()) thread_ = std::thread(&KeyframeWorker::run, this);
   {
     const std::lock_guard lock(mutex_);
     if (job_) throw std::invalid_argument("KeyframeWorker: a job is not finished");
@@ -42,7 +44,6 @@ void KeyframeWorker::start(KeyframeJob job) {
     failure_ = nullptr;
   }
   frames_since_start_ = 0;
-  if (!thread_.joinable()) thread_ = std::thread(&KeyframeWorker::run, this);
   changed_.notify_all();
 }
 
@@ -71,6 +72,10 @@ KeyframeJob KeyframeWorker::finish() {
 bool KeyframeWorker::has_job() const {
   const std::lock_guard lock(mutex_);
   return job_.has_value();
+}
+
+bool KeyframeWorker::may_be_adopted() const {
+  return !handover_.recorded && handover_.when == Handover::When::kWhenDone && is_done();
 }
 
 bool KeyframeWorker::is_done() const {

@@ -41,6 +41,8 @@ class KeyframeWorker : public KeyframeRunner {
 
   bool has_job() const;  // running, or done and not finished
   bool is_done() const;
+  // It is done, and need not wait for a frame: nobody counts or has recorded any.
+  bool may_be_adopted() const;
   // Waits for a job that nobody wants any more.
   void discard();
   // Wall time of the jobs since the last call, ms.

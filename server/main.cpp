@@ -201,6 +201,10 @@ void add_options(CLI::App& app, Options& options) {
 // Options of one way to run with the other one.
 std::string mixed_options(const CLI::App& app) {
   const bool recorded = app.get_option("--sequence")->count() > 0;
+  if (app.get_option("--decisions")->count() > 0)
+    for (const char* option : {"--every", "--max-frames", "--jitter-px"})
+      if (app.get_option(option)->count() > 0)
+        return std::string(option) + " is of another run than the one in --decisions: leave it out";
   for (const CLI::Option* option : app.get_options()) {
     if (option->count() == 0) continue;
     if (recorded && option->get_group() == kLive)

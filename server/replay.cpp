@@ -8,17 +8,27 @@ std::string Replay::open(const std::filesystem::path& decisions) {
   DecisionsFile read = read_decisions(decisions);
   if (!read.problem.empty()) return read.problem;
   file_ = decisions;
-  for (const Decision& decision : read.decisions) decisions_[decision.time_us] = decision;
+  for (const Decision& decision : read.decisions) {
+    decisions_[decision.time_us] = decision;
+    at_once_ = at_once_ || decision.adopted_job == kAdoptedAtOnce;
+  }
   return "";
 }
 
 Handover Replay::handover() const {
   Handover handover;
+  if (at_once_) return handover;
   handover.recorded = [this](const FeatureFrame& frame) {
     const auto found = decisions_.find(frame.time_us);
     return found != decisions_.end() && found->second.adopted_job != 0;
   };
   return handover;
+}
+
+void Replay::restore(FeatureFrame& frame) const {
+  const Decision& recorded = decisions_.at(frame.time_us);
+  frame.publisher = recorded.publisher;
+  frame.seq = recorded.seq;
 }
 
 void Replay::compare(const FrameResult& result) {
@@ -32,12 +42,12 @@ void Replay::compare(const FrameResult& result) {
                "program on the same type of CPU";
 }
 
+// An image that is missing is why the next ones come out otherwise.
 std::string Replay::departure() const {
   const auto all = static_cast<std::int64_t>(decisions_.size());
-  if (departure_.empty() && is_open() && compared_ < all)
-    return file_.string() + ": " + std::to_string(all - compared_) + " of its " +
-           std::to_string(all) + " images are not in the sequence: give the one that was recorded";
-  return departure_;
+  if (compared_ == all) return departure_;
+  return file_.string() + ": " + std::to_string(all - compared_) + " of its " +
+         std::to_string(all) + " images are not in the sequence: give the one that was recorded";
 }
 
 }  // namespace eifmap

@@ -20,6 +20,8 @@ class Replay {
   bool takes(std::int64_t time_us) const { return decisions_.contains(time_us); }
   Handover handover() const;  // which must not outlive this
 
+  // Of a frame that is taken, what its publisher told: who it is, since another one ends a stream.
+  void restore(FeatureFrame& frame) const;
   // Of each frame, in turn.
   void compare(const FrameResult& result);
   // "" while every frame came out as recorded, and none of the recorded ones is missing.
@@ -28,6 +30,7 @@ class Replay {
  private:
   std::filesystem::path file_;
   std::map<std::int64_t, Decision> decisions_;  // by the frame's time, us
+  bool at_once_ = false;                        // a run without jobs
   std::int64_t compared_ = 0;
   std::string departure_;
 };

@@ -77,6 +77,7 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
       frame = extract_frame(extractor, image.image, sequence.camera(),
                             {sequence.time_us(i), 0, i, "cam0"});
     }
+    if (replay.is_open()) replay.restore(frame);
     if (!extractor.roll_is_sure()) record.add_unseen_roll();
     jitter.apply(frame);
     return mapper.process(frame);

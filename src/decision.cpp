@@ -21,9 +21,9 @@ class Digest {
 
 }  // namespace
 
+// Not of the map's number, which counts what the server mapped before.
 Decision decision_of(const FrameResult& result) {
   Digest digest;
-  digest.add(result.map_id);
   digest.add(static_cast<std::int64_t>(result.state));
   digest.add(static_cast<std::int64_t>(result.source));
   digest.add(static_cast<std::int64_t>(result.reason));

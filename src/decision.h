@@ -10,7 +10,7 @@ namespace eifmap {
 
 struct Decision {
   std::int64_t time_us = 0, publisher = 0, seq = -1;  // the frame's
-  std::int64_t adopted_job = 0;                       // before it; 0 none
+  std::int64_t adopted_job = 0;                       // as FrameResult's
   std::int64_t state_digest = 0;  // of the frame's result: where a replay's is another, it departed
   bool operator==(const Decision&) const = default;
 };

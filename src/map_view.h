@@ -27,6 +27,8 @@ enum class PoseSource : std::int8_t {
 };
 enum class CovarianceStatus : std::int8_t { kNone = 0, kValid = 1, kOptimistic = 2 };
 
+inline constexpr std::int64_t kAdoptedAtOnce = -1;
+
 // One per processed frame, lost ones too.
 struct FrameResult {
   std::int64_t time_us = 0, publisher = 0, seq = -1;
@@ -44,8 +46,8 @@ struct FrameResult {
   int num_matches = 0, num_inliers = 0;
   bool rejected = false;     // bad input: the map is untouched
   bool map_updated = false;  // Mapper::map_update() has news
-  // The keyframe's job that was adopted since the frame before, 0 none: what a live run decides by
-  // timing (keyframe_job.h).
+  // The keyframe's job that was adopted since the frame before, 0 none, kAdoptedAtOnce where this
+  // frame became a keyframe itself: what a live run decides by timing (keyframe_job.h).
   std::int64_t adopted_job = 0;
 };
 

@@ -65,9 +65,11 @@ struct Mapper::State {
   MapperStatistics statistics;
   KeyframeRunner* runner = nullptr;
   bool with_updates = false;
-  bool job_runs = false;         // in the runner
-  std::int64_t jobs = 0;         // started so far
-  std::int64_t adopted_job = 0;  // since the last frame; 0 none
+  bool job_runs = false;  // in the runner
+  std::int64_t jobs = 0;  // started so far
+  // Since the last frame that was not refused; a fault meanwhile must not make them forgotten.
+  std::int64_t adopted_job = 0;  // 0 none
+  bool map_changed = false;
 
   FrameCheck check(const FeatureFrame& frame);
   bool begins_stream(const FeatureFrame& frame) const;
@@ -76,6 +78,7 @@ struct Mapper::State {
   void lose(std::int64_t time_us, FrameResult& result);
   void start_map(ObservedFrame observed, FrameResult& result);
   void track(ObservedFrame observed, FrameResult& result);
+  Tracking try_track(const ObservedFrame& observed);
   void find_again(ObservedFrame observed, FrameResult& result);
   Tracking try_to_go_on(const ObservedFrame& observed);
   Tracking try_relocalize(const ObservedFrame& observed);
@@ -84,6 +87,7 @@ struct Mapper::State {
                     FrameResult& result);
   KeyframeJob make_job(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking);
   Reason adopt(KeyframeJob job);
+  KeyframeJob finish_job();
   void adopt_beside(FrameResult& result);
   void set_covariance(bool known, const PoseBlock& covariance, FrameResult& result) const;
   void count(const FrameResult& result);
@@ -158,7 +162,7 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
   result.map_from_camera = live->last.pose;
   result.reference_keyframe = 1;
   result.num_inliers = live->map().num_landmarks();
-  result.map_updated = true;
+  map_changed = true;
   PoseBlock covariance;
   set_covariance(live->map().filter().pose_covariance(1, covariance), covariance, result);
 }
@@ -194,27 +198,23 @@ MapperOptions Mapper::State::tracking_options() const {
   return now;
 }
 
+Tracking Mapper::State::try_track(const ObservedFrame& observed) {
+  const Step step(observer, "track");
+  return track_frame(live->map(), observed, live->reference, live->last, tracking_options());
+}
+
 void Mapper::State::track(ObservedFrame observed, FrameResult& result) {
-  Tracking tracking;
-  {
-    const Step step(observer, "track");
-    const auto try_once = [&] {
-      tracking =
-          track_frame(live->map(), observed, live->reference, live->last, tracking_options());
-    };
-    try_once();
-    // The keyframe in work may show what the map so far does not: late is better than lost.
-    if (!tracking.ok() && job_runs) {
-      adopt_beside(result);
-      if (!lost_since_us) try_once();
-    }
+  Tracking tracking = try_track(observed);
+  // The keyframe in work may show what the map so far does not: late is better than lost. From here
+  // on all is as if it had been adopted before the frame, which is what the decisions say.
+  if (!tracking.ok() && job_runs) {
+    adopt_beside(result);
+    if (lost_since_us) return find_again(std::move(observed), result);
+    tracking = try_track(observed);
   }
   if (tracking.ok()) return accept(std::move(observed), tracking, result);
-  if (!lost_since_us) {
-    lose(observed.frame.time_us, result);
-    may_go_on = true;
-  }
-  result.state = TrackingState::kLost;
+  lose(observed.frame.time_us, result);
+  may_go_on = true;
   result.reason = tracking.reason;
   result.detail = std::move(tracking.detail);
   result.num_matches = tracking.num_matches;
@@ -326,27 +326,38 @@ Reason Mapper::State::adopt(KeyframeJob job) {
       work.after->pose(live->reference) * live->map().pose(live->reference).inverse();
   live->last.pose = now_from_before * live->last.pose;
   live->last.step = now_from_before.rotation * live->last.step;
+  if (live->log.newest_is(work.observed->frame.time_us))  // the filter knows better where it was
+    live->last.pose = work.after->pose(work.insertion.keyframe);
   live->spare = std::exchange(live->current, std::move(work.after));
   live->update = std::move(work.update);
   live->most_tracked.push_back(static_cast<int>(work.tracking.sights.size()));
   live->log.make_keyframe(work.observed->frame.time_us, work.insertion.keyframe);
   live->reference = work.insertion.keyframe;
+  map_changed = true;
   return Reason::kNone;
 }
 
-// What ran beside the frames since it was started.
-void Mapper::State::adopt_beside(FrameResult& result) {
+KeyframeJob Mapper::State::finish_job() {
   job_runs = false;
-  KeyframeJob job = runner->finish();
+  try {
+    return runner->finish();
+  } catch (const std::exception& error) {
+    throw std::runtime_error(std::string("a keyframe's job: ") + error.what());
+  }
+}
+
+// What ran beside the frames since it was started. The same at whatever moment between two frames.
+void Mapper::State::adopt_beside(FrameResult& result) {
+  KeyframeJob job = finish_job();
   if (!live || job.work().map_id != map_id) {  // of a map that was given up
     adopted_job = job.id();
     return;
   }
+  const std::int64_t time_us = job.work().observed->frame.time_us;
   const Reason reason = adopt(std::move(job));
-  if (reason == Reason::kNone)
-    result.map_updated = true;
-  else if (!lost_since_us)
-    lose(*last_time_us, result), ++statistics.reasons[reason];
+  if (reason == Reason::kNone || lost_since_us) return;
+  lose(time_us, result);
+  ++statistics.reasons[reason];
 }
 
 void Mapper::State::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
@@ -357,14 +368,13 @@ void Mapper::State::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
   job.run();
   const int keyframe = job.work().insertion.keyframe;
   result.reason = adopt(std::move(job));
-  adopted_job = 0;
+  adopted_job = kAdoptedAtOnce;
   if (result.reason != Reason::kNone) {
     result.detail = "keyframe " + std::to_string(keyframe) + " with " +
                     std::to_string(tracking.sights.size()) + " map features";
     return lose(time_us, result);
   }
   const Map& map = live->map();
-  result.map_updated = true;
   live->log.add(time_us, keyframe, Rigid3());
   live->last.pose = map.pose(keyframe);
   // The pose as the filter now has it is the better one, and what the frame's users get.
@@ -447,9 +457,10 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     else
       state.track(std::move(observed), result);
     state.calibration.warn(result);
+    result.adopted_job = std::exchange(state.adopted_job, 0);
+    result.map_updated = std::exchange(state.map_changed, false);
   }
   result.map_id = state.map_id;
-  result.adopted_job = std::exchange(state.adopted_job, 0);
   state.count(result);
   return result;
 }
@@ -465,7 +476,7 @@ bool Mapper::settle() {
   FrameResult result;
   state_->adopt_beside(result);
   state_->count_map();
-  return result.map_updated;
+  return std::exchange(state_->map_changed, false);
 }
 
 MapUpdate Mapper::map_update() {

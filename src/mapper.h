@@ -29,7 +29,10 @@ class Mapper {
 
   // Keyframes go into the map beside process() from now on, run by `runner`, which must outlive the
   // mapper or be taken out (null) after settle(). Without one, the default, process() does it
-  // itself. `with_updates`: map_update() will be asked for.
+  // itself. `with_updates`: map_update() will be asked for. Throws std::invalid_argument while a
+  // job runs. What a job throws comes out of process() or settle() as std::runtime_error, and the
+  // mapper is not to be used on, since the job had part of its books; its results can still be
+  // read.
   void set_keyframe_runner(KeyframeRunner* runner, bool with_updates);
   // Waits for a job that is running and adopts it; true when the map has changed.
   bool settle();

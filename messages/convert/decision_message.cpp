@@ -16,7 +16,8 @@ void scan(LayoutScanner& in) {
 std::string problem(const decision_t& message) {
   if (!valid_camera_name(message.camera)) return "the camera's name is not 1 to 24 of A-Za-z0-9_-";
   if (!valid_time(message.utime)) return "utime is " + std::to_string(message.utime);
-  if (message.adopted_job < 0) return "adopted_job is " + std::to_string(message.adopted_job);
+  if (message.adopted_job < kAdoptedAtOnce)
+    return "adopted_job is " + std::to_string(message.adopted_job);
   return "";
 }
 

@@ -16,7 +16,7 @@ struct PublishedDecision {
 
 decision_t to_message(const PublishedDecision& decision);
 
-// Refuses with kMalformedMessage: sizes, name, time, a negative job.
+// Refuses with kMalformedMessage: sizes, name, time, a job below -1.
 Decoded<PublishedDecision> decode_decision(Bytes bytes);
 
 }  // namespace eifmap

@@ -67,6 +67,7 @@ bool InformationFilter::covariances(const std::vector<int>& poses,
                                     std::vector<Eigen::Matrix3d>& of_landmarks) const {
   of_poses.clear();
   of_landmarks.clear();
+  if (poses.empty() && landmarks.empty()) return true;
   std::vector<int> needed = poses;
   for (int l : landmarks)
     for (const PointMeasurement& m : landmarks_.at(l).measurements) needed.push_back(m.pose);

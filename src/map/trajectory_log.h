@@ -20,6 +20,9 @@ class TrajectoryLog {
                                     [time_us](const Entry& e) { return e.time_us == time_us; });
     if (entry != entries_.rend()) *entry = {time_us, keyframe, Rigid3()};
   }
+  bool newest_is(std::int64_t time_us) const {
+    return !entries_.empty() && entries_.back().time_us == time_us;
+  }
   std::size_t size() const { return entries_.size(); }
 
   // By time.

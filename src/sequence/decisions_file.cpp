@@ -8,26 +8,63 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Throws Json::exception.
-Decision decision_in(const std::string& line) {
-  const Json json = Json::parse(line);
+struct Line {
   Decision decision;
-  json.at("utime").get_to(decision.time_us);
-  json.at("publisher").get_to(decision.publisher);
-  json.at("seq").get_to(decision.seq);
-  json.at("adopted_job").get_to(decision.adopted_job);
-  json.at("state_digest").get_to(decision.state_digest);
-  return decision;
+  std::int64_t server_epoch = 0;
+  std::string problem;
+};
+
+// Takes one number after the other out of a line.
+class LineReader {
+ public:
+  explicit LineReader(const std::string& line) : json_(Json::parse(line, nullptr, false)) {}
+  void take(const char* key, std::int64_t& value, bool optional = false) {
+    const auto found = json_.is_object() ? json_.find(key) : json_.end();
+    const bool there = json_.is_object() && found != json_.end();
+    if (there && found->is_number_integer())
+      value = found->get<std::int64_t>();
+    else if (there || !optional)
+      ok_ = false;
+  }
+  bool ok() const { return ok_; }
+
+ private:
+  Json json_;
+  bool ok_ = true;
+};
+
+Line read_line(const std::string& text) {
+  Line line;
+  Decision& decision = line.decision;
+  LineReader in(text);
+  in.take("utime", decision.time_us);
+  in.take("publisher", decision.publisher);
+  in.take("seq", decision.seq);
+  in.take("adopted_job", decision.adopted_job);
+  in.take("state_digest", decision.state_digest);
+  in.take("server_epoch", line.server_epoch, true);
+  if (!in.ok()) line.problem = "is no decision as eifmap log and eifmap-server write them";
+  return line;
+}
+
+// Why `line` cannot follow `before` in one run.
+std::string problem_after(const Line& before, const Line& line) {
+  if (line.server_epoch != before.server_epoch)
+    return "another run of the server begins; give the lines of one run alone";
+  if (line.decision.time_us <= before.decision.time_us)
+    return "its utime is not after the line before; give the decisions of one run";
+  return "";
 }
 
 }  // namespace
 
-std::string line_of(const Decision& decision) {
-  const Json json = {{"utime", decision.time_us},
-                     {"publisher", decision.publisher},
-                     {"seq", decision.seq},
-                     {"adopted_job", decision.adopted_job},
-                     {"state_digest", decision.state_digest}};
+std::string line_of(const Decision& decision, std::int64_t server_epoch) {
+  Json json = {{"utime", decision.time_us},
+               {"publisher", decision.publisher},
+               {"seq", decision.seq},
+               {"adopted_job", decision.adopted_job},
+               {"state_digest", decision.state_digest}};
+  if (server_epoch != 0) json["server_epoch"] = server_epoch;
   return json.dump();
 }
 
@@ -35,18 +72,16 @@ DecisionsFile read_decisions(const std::filesystem::path& file) {
   DecisionsFile read;
   std::ifstream in(file);
   if (!in) return {{}, file.string() + ": cannot be read"};
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    if (line.empty()) continue;
-    const auto at = [&] { return file.string() + ":" + std::to_string(number) + ": "; };
-    try {
-      read.decisions.push_back(decision_in(line));
-    } catch (const Json::exception&) {
-      return {{}, at() + "is no decision as eifmap log and eifmap-server write them"};
-    }
-    const auto n = read.decisions.size();
-    if (n > 1 && read.decisions[n - 1].time_us <= read.decisions[n - 2].time_us)
-      return {{}, at() + "its utime is not after the line before; give the decisions of one run"};
+  Line before;
+  std::string text;
+  for (int number = 1; std::getline(in, text); ++number) {
+    if (text.empty()) continue;
+    Line line = read_line(text);
+    if (line.problem.empty() && !read.decisions.empty()) line.problem = problem_after(before, line);
+    if (!line.problem.empty())
+      return {{}, file.string() + ":" + std::to_string(number) + ": " + line.problem};
+    read.decisions.push_back(line.decision);
+    before = std::move(line);
   }
   if (read.decisions.empty()) return {{}, file.string() + ": has no decisions"};
   return read;

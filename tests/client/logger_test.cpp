@@ -6,6 +6,7 @@
 
 #include "bus/lcm_bus.h"
 #include "convert/channel.h"
+#include "sequence/decisions_file.h"
 #include "sequence/temporary_folder.h"
 #include "sequence/tum.h"
 
@@ -97,6 +98,26 @@ TEST_F(LoggerTest, TheMapIsPutTogetherFromItsParts) {
   EXPECT_NE(text("map.ply").find("element vertex 300\n"), std::string::npos);
 }
 
+TEST_F(LoggerTest, DecisionsAreThereForAReplay) {
+  std::vector<Decision> made;
+  for (int i = 0; i < 20; ++i) {
+    made.push_back({1000 + i, 9, i, i % 5, 77 * i});
+    const PublishedDecision decision{{5, "cam"}, made.back()};
+    send("cam", ChannelKind::kDecision, encode(to_message(decision)));
+    send("other", ChannelKind::kDecision,
+         encode(to_message(PublishedDecision{{5, "other"}, made.back()})));
+    const auto read = read_decisions(folder_.path() / "log" / "decisions.jsonl");
+    ASSERT_EQ(read.problem, "");
+    ASSERT_EQ(read.decisions, made) << "each is there at once";
+  }
+  send("cam", ChannelKind::kDecision,
+       encode(to_message(PublishedDecision{{6, "cam"}, {2000, 9, 20, 0, 0}})));
+  const auto read = read_decisions(folder_.path() / "log" / "decisions.jsonl");
+  EXPECT_NE(read.problem.find("decisions.jsonl:21: another run of the server begins"),
+            std::string::npos)
+      << read.problem;
+}
+
 TEST_F(LoggerTest, OneCameraOnly) {
   send("first", ChannelKind::kPose, encode(to_message(pose(0, TrackingState::kTracking, "first"))));
   send("other", ChannelKind::kPose, encode(to_message(pose(1, TrackingState::kTracking, "other"))));
@@ -110,12 +131,13 @@ TEST_F(LoggerTest, OneCameraOnly) {
 
 TEST_F(LoggerTest, GarbageIsCountedAndPassedOver) {
   const std::vector<std::uint8_t> garbage(40, 0xee);
-  for (const auto kind : {ChannelKind::kPose, ChannelKind::kMap, ChannelKind::kStatus})
+  for (const auto kind :
+       {ChannelKind::kPose, ChannelKind::kMap, ChannelKind::kStatus, ChannelKind::kDecision})
     send("cam", kind, garbage);
   auto bytes = encode(to_message(pose(1, TrackingState::kTracking)));
   bytes.resize(bytes.size() - 9);
   send("cam", ChannelKind::kPose, bytes);
-  EXPECT_EQ(logger_->counts().malformed, 4);
+  EXPECT_EQ(logger_->counts().malformed, 5);
   send("cam", ChannelKind::kPose, encode(to_message(pose(2, TrackingState::kTracking))));
   EXPECT_EQ(logger_->counts().tracked, 1);
 }

@@ -68,12 +68,14 @@ struct Sample {
 
 std::vector<Sample> all_samples() {
   const MapPart part = split_update(samples::map_update(2, 5, -1), {42, "cam0"}, 7, 32768).at(0);
-  return {{"camera", encode(to_message(samples::camera())), decoder(&decode_camera)},
-          {"features", encode(to_message(samples::features(4))), decoder(&decode_features)},
-          {"image", encode(to_message(samples::image())), decoder(&decode_image)},
-          {"pose", encode(to_message(samples::published_pose())), decoder(&decode_pose)},
-          {"map part", encode(to_message(part)), decoder(&decode_map_part)},
-          {"status", encode(samples::status()), decoder(&decode_status)}};
+  return {
+      {"camera", encode(to_message(samples::camera())), decoder(&decode_camera)},
+      {"features", encode(to_message(samples::features(4))), decoder(&decode_features)},
+      {"image", encode(to_message(samples::image())), decoder(&decode_image)},
+      {"pose", encode(to_message(samples::published_pose())), decoder(&decode_pose)},
+      {"decision", encode(to_message(samples::published_decision())), decoder(&decode_decision)},
+      {"map part", encode(to_message(part)), decoder(&decode_map_part)},
+      {"status", encode(samples::status()), decoder(&decode_status)}};
 }
 
 // Entries in memory are at most this many times larger than on the wire; plus the words of a
@@ -199,6 +201,23 @@ TEST(Hostile, FeatureValues) {
               --f.descriptor_bytes;
             }),
             Reason::kMalformedMessage);
+}
+
+template <class Change>
+Reason decision_with(Change change) {
+  decision_t message = to_message(samples::published_decision());
+  change(message);
+  return decode_decision(encode(message)).reason;
+}
+
+TEST(Hostile, DecisionValues) {
+  using D = decision_t;
+  EXPECT_EQ(decision_with([](D&) {}), Reason::kNone);
+  EXPECT_EQ(decision_with([](D& d) { d.adopted_job = kAdoptedAtOnce; }), Reason::kNone);
+  EXPECT_EQ(decision_with([](D& d) { d.adopted_job = -2; }), Reason::kMalformedMessage);
+  EXPECT_EQ(decision_with([](D& d) { d.utime = -1; }), Reason::kMalformedMessage);
+  EXPECT_EQ(decision_with([](D& d) { d.camera = "../cam"; }), Reason::kMalformedMessage);
+  EXPECT_EQ(decision_with([](D& d) { d.camera = ""; }), Reason::kMalformedMessage);
 }
 
 template <class Change>

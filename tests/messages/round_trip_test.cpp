@@ -93,6 +93,18 @@ TEST(RoundTrip, Pose) {
   expect_same_pose(back.reference_from_camera, pose.result.reference_from_camera);
 }
 
+TEST(RoundTrip, Decision) {
+  PublishedDecision decision = samples::published_decision();
+  for (const std::int64_t job : {kAdoptedAtOnce, std::int64_t{0}, std::int64_t{12}}) {
+    decision.decision.adopted_job = job;
+    const Decoded<PublishedDecision> decoded = decode_decision(encode(to_message(decision)));
+    ASSERT_TRUE(decoded.ok()) << decoded.detail;
+    EXPECT_EQ(decoded.value.decision, decision.decision);
+    EXPECT_EQ(decoded.value.origin.server_epoch, decision.origin.server_epoch);
+    EXPECT_EQ(decoded.value.origin.camera, decision.origin.camera);
+  }
+}
+
 TEST(RoundTrip, Status) {
   const status_t status = samples::status();
   const Decoded<status_t> decoded = decode_status(encode(status));

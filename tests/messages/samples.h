@@ -4,6 +4,7 @@
 #include <random>
 
 #include "convert/camera_message.h"
+#include "convert/decision_message.h"
 #include "convert/feature_message.h"
 #include "convert/image_message.h"
 #include "convert/map_message.h"
@@ -83,6 +84,10 @@ inline PublishedPose published_pose() {
   r.num_matches = 200;
   r.num_inliers = 150;
   return sample;
+}
+
+inline PublishedDecision published_decision() {
+  return {{42, "cam0"}, {1'700'000'000'000'002, -99, 4, 12, -1234567890123456789}};
 }
 
 inline MapUpdate map_update(int keyframes, int landmarks, std::int64_t base_seq,

@@ -25,6 +25,7 @@ CHANNELS = """
 | `eifmap.CAMERA.features` | feature_frame_t | the camera, instead of images |
 | `eifmap.CAMERA.pose` | pose_t | the server, one an image |
 | `eifmap.CAMERA.map` | map_part_t | the server, one or more a keyframe |
+| `eifmap.CAMERA.decision` | decision_t | the server, one a pose: what a replay needs |
 | `eifmap.CAMERA.status` | status_t | the server, every second and on every change |
 
 CAMERA is 1 to 24 characters of `A-Z a-z 0-9 _ -`. Numbers of all types are as LCM encodes them. The

@@ -31,6 +31,13 @@ Camera changed_camera() {
   return camera;
 }
 
+// Each keyframe at once, as map_alone() does it: timing decides nothing.
+ServerConfig at_once() {
+  ServerConfig config;
+  config.handover_frames = 0;
+  return config;
+}
+
 std::vector<FrameResult> map_alone(int frames) {
   const SyntheticStream stream;
   Mapper mapper(synthetic_camera(), {});
@@ -70,7 +77,7 @@ TEST(CameraMapper, RejectedInputLeavesTheMapAsItIs) {
   const SyntheticStream stream;
   const std::vector<FrameResult> expected = map_alone(25);
   EXPECT_EQ(expected.back().state, TrackingState::kTracking) << "else this test shows little";
-  CameraMapper mapper{ServerConfig{}};
+  CameraMapper mapper{at_once()};
   ASSERT_EQ(mapper.take_calibration("cam0", calibration(synthetic_camera())).reason, Reason::kNone);
 
   const auto expect_rejected = [&](const Channel& channel, Bytes wire, Reason reason) {
@@ -130,7 +137,7 @@ TEST(CameraMapper, ChangedCalibrationBeginsANewMapWithANewNumber) {
 TEST(CameraMapper, AnotherCalibrationWithoutFramesOfItsOwnChangesNothing) {
   const SyntheticStream stream;
   const std::vector<FrameResult> expected = map_alone(25);
-  CameraMapper mapper{ServerConfig{}};
+  CameraMapper mapper{at_once()};
   mapper.take_calibration("cam0", calibration(synthetic_camera()));
   for (int i = 0; i < 25; ++i) {
     if (i > 0) mapper.take_calibration("cam0", calibration(changed_camera()));
@@ -340,7 +347,7 @@ cv::Mat picture(int i) {
 class EveryExtractor : public ::testing::TestWithParam<ExtractorKind> {};
 
 TEST_P(EveryExtractor, ImagesAndTheirFeaturesGiveTheSame) {
-  ServerConfig config;
+  ServerConfig config = at_once();
   config.calibration = synthetic_camera();
   config.features.extractor = GetParam();
   CameraMapper of_gray(config), of_jpeg(config), of_features(config);

@@ -13,6 +13,7 @@
 #include "convert/feature_message.h"
 #include "convert/map_assembler.h"
 #include "convert/status_message.h"
+#include "decision.h"
 #include "support/feature_world.h"
 
 namespace eifmap {
@@ -247,6 +248,52 @@ TEST(MappingServer, NewestAccountsForEveryFrame) {
   ASSERT_FALSE(network.poses.empty());
   EXPECT_EQ(network.poses.back().seq, kFrames - 1) << "the newest is never the one dropped";
   EXPECT_EQ(static_cast<std::int64_t>(network.poses.size()), last.frames_processed);
+}
+
+// With time between the frames, and without: what is counted is not decided by timing.
+TEST(MappingServer, FramesAreCountedUntilAKeyframeIsAdopted) {
+  constexpr int kFrames = 40;
+  const SyntheticStream stream;
+  ServerConfig config = lossless();
+  config.handover_frames = 3;
+  std::vector<FrameResult> poses[2];
+  for (const bool idle : {false, true}) {
+    Network network(config);
+    network.publish(synthetic_camera());
+    for (int i = 0; i < kFrames; ++i) {
+      network.publish(stream.frame(i));
+      if (idle) network.settle();
+    }
+    network.settle();
+    network.finish();
+    EXPECT_EQ(network.map.lost_updates(), 0);
+    poses[idle] = network.poses;
+  }
+  ASSERT_EQ(poses[0].size(), static_cast<std::size_t>(kFrames));
+  ASSERT_EQ(poses[1].size(), static_cast<std::size_t>(kFrames));
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    EXPECT_EQ(poses[0][i].map_seq, poses[1][i].map_seq) << i;
+    EXPECT_EQ(decision_of(poses[0][i]), decision_of(poses[1][i])) << i;
+  }
+  EXPECT_GT(poses[0].back().map_seq, 3);
+}
+
+// A keyframe that is done leaves while no frame comes, and what is left at the stop.
+TEST(MappingServer, ADoneKeyframeWaitsForNoFrame) {
+  const SyntheticStream stream;
+  Network network(ServerConfig{});
+  network.publish(synthetic_camera());
+  std::int64_t published = 0;
+  for (int i = 0; i < 40; ++i) {
+    network.publish(stream.frame(i));
+    network.settle();
+  }
+  network.finish();
+  for (const FrameResult& pose : network.poses) published = std::max(published, pose.map_seq);
+  EXPECT_GT(published, 3);
+  EXPECT_EQ(network.map.lost_updates(), 0);
+  EXPECT_EQ(network.statuses.back().num_keyframes,
+            static_cast<int>(network.map.map().keyframes.size()));
 }
 
 TEST(MappingServer, StatusSaysWhatIsWrong) {
