@@ -268,7 +268,7 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   const Map& map = live->map();
   const bool continued = tracking.source != PoseSource::kRelocalized;
   const Eigen::Vector3d step = tracking.world_from_camera.translation - live->last.pose.translation;
-  const double step_px =
+  const Eigen::Vector2d step_px =
       step_in_pixels(map, tracking.sights, live->last.pose, tracking.world_from_camera);
   live->last = {tracking.world_from_camera, continued ? step : Eigen::Vector3d::Zero()};
   live->reference = better_reference(map, tracking);

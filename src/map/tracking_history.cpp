@@ -11,35 +11,54 @@ namespace {
 
 constexpr std::size_t kFrames = 15;
 // Of a step, times the larger of the one before and the usual one; smaller ones are never odd.
-constexpr double kOddRatio = 3, kSmallStep = 12;  // the latter in pixels
-
-double median_of(const std::deque<double>& values) {
-  std::vector<double> copy(values.begin(), values.end());
-  return take_median(copy);
-}
+constexpr double kOddRatio = 2.5, kSmallStep = 12;  // the latter in pixels
+// What may be left of an odd step, as a share of it, by one that returns.
+constexpr double kLeft = 0.5;
 
 }  // namespace
 
-void TrackingHistory::add(double step_px) {
-  steps_px_.push_back(step_px);
-  if (steps_px_.size() > kFrames) steps_px_.pop_front();
+bool TrackingHistory::returns(const Eigen::Vector2d& step_px) const {
+  return odd_ && (*odd_ + step_px).norm() < kLeft * odd_->norm();
 }
 
-bool TrackingHistory::is_odd_step(double step_px) const {
-  if (steps_px_.empty() || step_px < kSmallStep) return false;
-  return step_px > kOddRatio * std::max(steps_px_.back(), median_of(steps_px_));
+void TrackingHistory::push(double length_px) {
+  lengths_px_.push_back(length_px);
+  if (lengths_px_.size() > kFrames) lengths_px_.pop_front();
 }
 
-double step_in_pixels(const Map& map, const std::vector<LandmarkSight>& sights, const Rigid3& from,
-                      const Rigid3& to) {
+bool TrackingHistory::is_odd_step(const Eigen::Vector2d& step_px) const {
+  const double length = step_px.norm();
+  if (lengths_px_.empty() || length < kSmallStep || returns(step_px)) return false;
+  std::vector<double> usual(lengths_px_.begin(), lengths_px_.end());
+  double before = lengths_px_.back();
+  if (odd_ && odd_->dot(step_px) > 0) before = odd_->norm();
+  return length > kOddRatio * std::max(before, take_median(usual));
+}
+
+void TrackingHistory::add(const Eigen::Vector2d& step_px) {
+  if (returns(step_px)) {
+    push((*odd_ + step_px).norm());
+    odd_.reset();
+  } else if (is_odd_step(step_px)) {
+    odd_ = step_px + odd_.value_or(Eigen::Vector2d::Zero());
+  } else {
+    if (odd_) push(odd_->norm());
+    odd_.reset();
+    push(step_px.norm());
+  }
+}
+
+Eigen::Vector2d step_in_pixels(const Map& map, const std::vector<LandmarkSight>& sights,
+                               const Rigid3& from, const Rigid3& to) {
   const Projector before(from), now(to);
-  std::vector<double> steps;
+  std::vector<double> x, y;
   for (const LandmarkSight& sight : sights) {
     Eigen::Vector2d a, b;
-    if (before(map.position(sight.track), a) && now(map.position(sight.track), b))
-      steps.push_back((a - b).norm());
+    if (!before(map.position(sight.track), a) || !now(map.position(sight.track), b)) continue;
+    x.push_back(b.x() - a.x());
+    y.push_back(b.y() - a.y());
   }
-  return take_median(steps) / map.radians_per_pixel();
+  return Eigen::Vector2d(take_median(x), take_median(y)) / map.radians_per_pixel();
 }
 
 }  // namespace eifmap

@@ -2,8 +2,9 @@
 // may look like a step of the camera that none has taken, and such a frame must not enter the map.
 #pragma once
 
-#include <cstddef>
+#include <Eigen/Core>
 #include <deque>
+#include <optional>
 
 #include "map/map.h"
 #include "map/tracking.h"
@@ -13,19 +14,23 @@ namespace eifmap {
 class TrackingHistory {
  public:
   // Of each tracked frame: step_in_pixels().
-  void add(double step_px);
+  void add(const Eigen::Vector2d& step_px);
 
-  // Much larger than the step before it and than the usual one. Where the camera does begin to move
-  // faster, the next step is as large, and no longer odd.
-  bool is_odd_step(double step_px) const;
+  // Much larger than the step before it and than the usual one, and no way back from an odd one.
+  // Where the camera does begin to move faster, the next step goes on, and is no longer odd.
+  bool is_odd_step(const Eigen::Vector2d& step_px) const;
 
  private:
-  std::deque<double> steps_px_;  // of the last frames, odd ones included: what becomes usual is
-                                 // soon taken for it
+  bool returns(const Eigen::Vector2d& step_px) const;
+  void push(double length_px);
+
+  std::deque<double> lengths_px_;  // of the last steps: what becomes usual is soon taken for it
+  std::optional<Eigen::Vector2d> odd_;  // where the last frame is from the last that was not odd
 };
 
-// How far the landmarks of `sights` move in the image from one pose to the other: the median.
-double step_in_pixels(const Map& map, const std::vector<LandmarkSight>& sights, const Rigid3& from,
-                      const Rigid3& to);
+// How the landmarks of `sights` move in the image from one pose to the other: the median of each
+// axis.
+Eigen::Vector2d step_in_pixels(const Map& map, const std::vector<LandmarkSight>& sights,
+                               const Rigid3& from, const Rigid3& to);
 
 }  // namespace eifmap

@@ -7,36 +7,59 @@
 namespace eifmap::test {
 namespace {
 
+Eigen::Vector2d along_x(double px) {
+  return {px, 0};
+}
+
 TrackingHistory after_steps(std::initializer_list<double> steps_px) {
   TrackingHistory history;
-  for (const double step : steps_px) history.add(step);
+  for (const double step : steps_px) history.add(along_x(step));
   return history;
 }
 
 TEST(TrackingHistory, AnImageShiftedOnceIsAnOddStep) {
   const TrackingHistory walk = after_steps({6, 7, 5, 6, 8, 7});
-  EXPECT_FALSE(walk.is_odd_step(11));  // too small to be told from a jerk
-  EXPECT_FALSE(walk.is_odd_step(20));
-  EXPECT_TRUE(walk.is_odd_step(25));
+  EXPECT_FALSE(walk.is_odd_step(along_x(11)));  // too small to be told from a jerk
+  EXPECT_FALSE(walk.is_odd_step(along_x(17)));
+  EXPECT_TRUE(walk.is_odd_step(along_x(25)));
+  EXPECT_TRUE(walk.is_odd_step(along_x(-25)));
+}
+
+TEST(TrackingHistory, TheWayBackIsNotOddAndTheNextShiftIs) {
+  TrackingHistory history = after_steps({6, 7, 5, 6, 8, 7});
+  for (const double shift : {60.0, -40.0, 25.0}) {
+    EXPECT_TRUE(history.is_odd_step(along_x(shift)));
+    history.add(along_x(shift));
+    EXPECT_FALSE(history.is_odd_step(along_x(7 - shift)));
+    history.add(along_x(7 - shift));
+  }
+}
+
+TEST(TrackingHistory, TwoShiftsInARowAreBothOdd) {
+  TrackingHistory history = after_steps({6, 7, 5, 6, 8, 7});
+  history.add(along_x(40));
+  EXPECT_TRUE(history.is_odd_step(along_x(-75)));  // from 40 px on one side to 35 on the other
+  history.add(along_x(-75));
+  EXPECT_FALSE(history.is_odd_step(along_x(40)));
 }
 
 TEST(TrackingHistory, ATurnThatBeginsIsOddAtMostOnce) {
   TrackingHistory history = after_steps({6, 7, 5, 6, 8, 7});
   int odd = 0;
   for (const double step : {25.0, 50.0, 80.0, 80.0, 80.0}) {
-    odd += history.is_odd_step(step);
-    history.add(step);
+    odd += history.is_odd_step(along_x(step));
+    history.add(along_x(step));
   }
   EXPECT_EQ(odd, 1);
 }
 
 TEST(TrackingHistory, LargeStepsAreNotOddWhereTheyAreUsual) {
-  const TrackingHistory rare_images = after_steps({80, 20, 120, 60, 90, 15});
-  EXPECT_FALSE(rare_images.is_odd_step(150));
+  const TrackingHistory rare_images = after_steps({80, -20, 120, 60, -90, 15});
+  EXPECT_FALSE(rare_images.is_odd_step(along_x(150)));
 }
 
 TEST(TrackingHistory, SaysNothingBeforeTheFirstStep) {
-  EXPECT_FALSE(TrackingHistory().is_odd_step(500));
+  EXPECT_FALSE(TrackingHistory().is_odd_step(along_x(500)));
 }
 
 TEST(TrackingHistory, AStepInPixelsIsThatOfTheLandmarksSeen) {
@@ -48,13 +71,13 @@ TEST(TrackingHistory, AStepInPixelsIsThatOfTheLandmarksSeen) {
     if (map.track(t).is_landmark()) sights.push_back({t, 0});
   ASSERT_FALSE(sights.empty());
   const Rigid3& from = map.pose(4);
-  EXPECT_EQ(step_in_pixels(map, sights, from, from), 0);
+  EXPECT_EQ(step_in_pixels(map, sights, from, from).norm(), 0);
   // A turn by an angle moves what is near the axis by angle / (radians per pixel).
   constexpr double kAngle = 0.02;
   const Rigid3 turned(
       from.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(kAngle, Eigen::Vector3d::UnitY())),
       from.translation);
-  EXPECT_NEAR(step_in_pixels(map, sights, from, turned), kAngle / map.radians_per_pixel(),
+  EXPECT_NEAR(step_in_pixels(map, sights, from, turned).norm(), kAngle / map.radians_per_pixel(),
               0.2 * kAngle / map.radians_per_pixel());
 }
 
