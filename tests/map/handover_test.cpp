@@ -330,6 +330,9 @@ TEST(Handover, AFailedInsertionLeavesTheMapAsItWas) {
   ASSERT_TRUE(mapper.settle());
   const MapUpdate update = mapper.map_update();
   EXPECT_EQ(update.base_seq, seq) << "nothing of the map that was dropped was published";
+  EXPECT_GT(update.observations.size(), 0u);
+  for (const ObservationView& o : update.observations)
+    EXPECT_EQ(o.keyframe, 3) << "what was published before is known still";
   EXPECT_TRUE(mapper.audit().empty());
 }
 
