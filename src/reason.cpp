@@ -41,6 +41,9 @@ constexpr std::array kTexts{
                "move back to where tracking last worked"},
     ReasonText{Reason::kFilterFailed, "FILTER_FAILED",
                "the information matrix could not be factored", "report this with the log"},
+    ReasonText{Reason::kAmbiguousPlace, "AMBIGUOUS_PLACE",
+               "two places explain the image about equally well",
+               "bring something into view that is there only once"},
     ReasonText{
         Reason::kNoCalibration, "NO_CALIBRATION", "no calibration for this camera yet",
         "publish eifmap.<camera>.calibration, or give the server --calibration FILE, or a guess "

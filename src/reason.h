@@ -23,6 +23,7 @@ enum class Reason : std::int16_t {
   kScaleJump = 22,
   kNotRelocalized = 23,
   kFilterFailed = 24,
+  kAmbiguousPlace = 25,
   // Input rejected
   kNoCalibration = 40,
   kBadCalibration = 41,

@@ -118,12 +118,15 @@ std::optional<Map> build_map(const ObservedFrame& i, const ObservedFrame& j, con
   return map;
 }
 
-// A frame of the start set in the new map, from its matches with both keyframes.
+// A frame of the start set in the new map, from its matches with either keyframe. There may be many
+// of them, and the two see the same place: whichever knows it will do.
 std::optional<Rigid3> pose_backwards(const Map& map, const ObservedFrame& observed,
                                      const MapperOptions& options) {
-  const Tracking tracking = relocalize(map, observed, {1, 0}, options);
-  if (!tracking.ok()) return std::nullopt;
-  return tracking.world_from_camera;
+  for (const int keyframe : {1, 0}) {
+    const Tracking tracking = relocalize(map, observed, {keyframe}, options);
+    if (tracking.ok()) return tracking.world_from_camera;
+  }
+  return std::nullopt;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "geometry/projection.h"
 #include "map/guided_search.h"
+#include "map/other_place.h"
 #include "motion/triangulated_scale.h"
 
 namespace eifmap {
@@ -60,6 +61,19 @@ struct Guess {
   std::optional<Eigen::Matrix<double, 6, 6>> covariance;
 };
 
+double search_radius(const Map& map, const MapperOptions& options) {
+  return options.landmark.search_radius_px * map.radians_per_pixel();
+}
+
+void refuse_as_ambiguous(const Tracking& other, Tracking& tracking) {
+  std::ostringstream detail;
+  detail << tracking.sights.size() << " map features agree with one place, " << other.sights.size()
+         << " with another";
+  tracking.reason = Reason::kAmbiguousPlace;
+  tracking.detail = detail.str();
+  tracking.source = PoseSource::kNone;
+}
+
 // One frame's search for its pose: ways to a start, each of which the local map must confirm. What
 // a way finds is in the Tracking that it is given.
 class PoseSearch {
@@ -72,6 +86,8 @@ class PoseSearch {
   bool against(int reference, Tracking& tracking) const;
   bool by_pnp(const std::vector<LandmarkSight>& sights, PoseSource source,
               Tracking& tracking) const;
+  // What was found far from where the camera was last must not be a copy of a place near it.
+  void compare_with_nearer(Tracking& tracking) const;
 
  private:
   bool by_relative_pose(const std::vector<LandmarkSight>& sights, Tracking& tracking) const;
@@ -123,7 +139,7 @@ bool PoseSearch::search_around(const Guess& guess, const std::vector<int>& landm
                                Tracking& tracking) const {
   const Rigid3& pose = guess.world_from_camera;
   SearchGate gate;
-  gate.radius = options_.landmark.search_radius_px * map_.radians_per_pixel();
+  gate.radius = search_radius(map_, options_);
   gate.sigmas = options_.tracking.search_sigma;
   if (gate.sigmas > 0) gate.pose_covariance = guess.covariance;
   const std::vector<LandmarkSight> found =
@@ -312,20 +328,77 @@ bool PoseSearch::against(int reference, Tracking& tracking) const {
   return false;
 }
 
+// No motion model: a step may have any length, as long as the image does not agree with the map
+// from nearer by as well. Where tiles fill the view their features match one tile off as soon as
+// that looks more alike, and then all of the map confirms it.
+void PoseSearch::compare_with_nearer(Tracking& tracking) const {
+  const Rigid3 found = tracking.world_from_camera;
+  const Rigid3 same_speed(last_.pose.rotation, last_.pose.translation + last_.step);
+  const Rigid3 as_turned(found.rotation, same_speed.translation);
+  const auto shift = [&, sights = tracking.sights](const Rigid3& a, const Rigid3& b) {
+    return median_shift(map_, sights, a, b);
+  };
+  const auto from_expected = [&](const Rigid3& pose) {
+    return std::min(shift(pose, same_speed), shift(pose, last_.pose));
+  };
+  const double reach = search_radius(map_, options_);
+  const double distance = from_expected(found);
+  if (distance <= reach) return;
+  for (const Rigid3& pose : {same_speed, last_.pose, as_turned}) {
+    Tracking nearer;
+    nearer.reference = tracking.reference;
+    nearer.related = tracking.related;
+    if (!confirm({pose, {}}, PoseSource::kMapOnly, nearer)) continue;
+    if (shift(nearer.world_from_camera, found) <= reach ||
+        from_expected(nearer.world_from_camera) >= distance)
+      continue;
+    const int far_inliers = static_cast<int>(tracking.sights.size());
+    const int near_inliers = static_cast<int>(nearer.sights.size());
+    const PlaceChoice choice = choose_place(far_inliers, near_inliers);
+    if (choice == PlaceChoice::kFar) continue;
+    if (choice == PlaceChoice::kNeither) return refuse_as_ambiguous(nearer, tracking);
+    nearer.pair = std::move(tracking.pair);
+    tracking = std::move(nearer);
+    return;
+  }
+}
+
+// The place with which the most agrees, unless another is nearly as good. A camera that was lost
+// may be anywhere: none of them is the more likely one for being near.
+Tracking only_place(const Map& map, std::vector<Tracking> places, const MapperOptions& options) {
+  const auto agree = [](const Tracking& place) { return static_cast<int>(place.sights.size()); };
+  const auto best =
+      std::max_element(places.begin(), places.end(),
+                       [&](const Tracking& a, const Tracking& b) { return agree(a) < agree(b); });
+  for (const Tracking& other : places)
+    if (choose_place(agree(*best), agree(other)) != PlaceChoice::kFar &&
+        median_shift(map, best->sights, best->world_from_camera, other.world_from_camera) >
+            search_radius(map, options)) {
+      refuse_as_ambiguous(other, *best);
+      break;
+    }
+  return std::move(*best);
+}
+
 }  // namespace
 
 Tracking track_frame(const Map& map, const ObservedFrame& observed, int reference,
                      const LastMotion& last, const MapperOptions& options, int neighbours) {
   const PoseSearch search(map, observed, last, options);
   Tracking tracking;
-  if (search.against(reference, tracking)) return tracking;
+  const auto found_against = [&search](int keyframe, Tracking& result) {
+    if (!search.against(keyframe, result)) return false;
+    search.compare_with_nearer(result);
+    return true;
+  };
+  if (found_against(reference, tracking)) return tracking;
   // Another view of the same place may match where this one does not.
   if (neighbours == 0) return tracking;
   std::vector<int> others = map.covisible(reference, neighbours);
   others.push_back(map.num_keyframes() - 1);
   for (int other : others) {
     Tracking retry;
-    if (other != reference && search.against(other, retry)) return retry;
+    if (other != reference && found_against(other, retry)) return retry;
   }
   return tracking;
 }
@@ -334,16 +407,19 @@ Tracking relocalize(const Map& map, const ObservedFrame& observed,
                     const std::vector<int>& keyframes, const MapperOptions& options) {
   const LastMotion unknown;
   const PoseSearch search(map, observed, unknown, options);
-  Tracking tracking;
+  std::vector<Tracking> places;
   for (int k : keyframes) {
-    tracking = Tracking{};
+    Tracking tracking;
     tracking.reference = tracking.related = k;
     const std::vector<LandmarkSight> sights =
         landmarks_among(map, k, match_omega_m(map.keyframe(k).observed(), observed, options.match));
     if (static_cast<int>(sights.size()) < options.absolute_pose.min_inliers) continue;
     if (!search.by_pnp(sights, PoseSource::kRelocalized, tracking)) continue;
-    if (static_cast<int>(tracking.sights.size()) >= options.lost.min_inliers) return tracking;
+    if (static_cast<int>(tracking.sights.size()) >= options.lost.min_inliers)
+      places.push_back(std::move(tracking));
   }
+  if (!places.empty()) return only_place(map, std::move(places), options);
+  Tracking tracking;
   tracking.reason = Reason::kNotRelocalized;
   tracking.source = PoseSource::kNone;
   tracking.sights.clear();
