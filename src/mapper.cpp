@@ -143,7 +143,7 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
     FinishedMap old = finish(*live);
     if (!finished || old.trajectory.size() > finished->trajectory.size()) finished = std::move(old);
   }
-  live.emplace(std::move(begun.started->map));
+  live.emplace(std::move(begun.started->map), camera);
   map_sign = live->map().keyframe(0).observed().map_sign;
   ++map_id;
   ++statistics.starts;
@@ -283,6 +283,7 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   const auto shared = std::make_shared<const ObservedFrame>(std::move(observed));
   const Usual usual{most_tracked, live->history.usual_inlier_ratio()};
   live->history.add(tracking.inlier_ratio());
+  live->sight_counts.add(map, tracking);
   const bool as_keyframe = !job_runs && wants_keyframe(map, tracking, usual, options);
   if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
   PoseBlock covariance;
@@ -303,6 +304,7 @@ KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observe
   work->observed = std::move(observed);
   work->calibration = calibration;
   work->tracking = tracking;
+  work->hardly_seen = live->sight_counts.hardly_seen(live->map());
   work->before = live->current;
   work->after = std::move(live->spare);
   if (runner && with_updates) work->news = std::move(live->news);
