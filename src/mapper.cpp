@@ -13,6 +13,7 @@
 #include "map/keyframe_work.h"
 #include "map/live_map.h"
 #include "map/map_start.h"
+#include "map/moving_matches.h"
 #include "map/tracking.h"
 
 namespace eifmap {
@@ -280,6 +281,7 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
       map.pose(tracking.reference).inverse() * tracking.world_from_camera;
   result.num_matches = tracking.num_matches;
   result.num_inliers = static_cast<int>(tracking.sights.size());
+  result.num_moving = count_moving_matches(map, observed, tracking);
   const auto shared = std::make_shared<const ObservedFrame>(std::move(observed));
   const Usual usual{most_tracked, live->history.usual_inlier_ratio()};
   live->history.add(tracking.inlier_ratio());
@@ -384,6 +386,9 @@ void Mapper::State::count(const FrameResult& result) {
   ++statistics.frames;
   if (result.state == TrackingState::kTracking) ++statistics.tracked;
   ++statistics.sources[result.source];
+  statistics.moving_matches += result.num_moving;
+  statistics.most_moving = std::max<std::int64_t>(statistics.most_moving, result.num_moving);
+  statistics.frames_with_moving += result.num_moving > 0;
   if (result.map_updated) count_map();
 }
 
