@@ -114,6 +114,9 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["edges"] = statistics.edges;
   report["starts"] = statistics.starts;
   report["losses"] = statistics.losses;
+  report["moving_matches"] = {{"total", statistics.moving_matches},
+                              {"most", statistics.most_moving},
+                              {"frames", statistics.frames_with_moving}};
   report["rejected"] = rejected;
   report["rolls_unseen"] = rolls_unseen_;
   report["pose_sources"] = sources_json(statistics.sources);

@@ -189,6 +189,9 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   for (const auto& [reason, count] : statistics.reasons)
     status.diagnostics.push_back(
         diagnostic("frames." + std::string(eifmap::describe(reason).name), count));
+  status.diagnostics.push_back(diagnostic("moving.now", last_.num_moving));
+  status.diagnostics.push_back(diagnostic("moving.most", statistics.most_moving));
+  status.diagnostics.push_back(diagnostic("moving.frames", statistics.frames_with_moving));
   status.diagnostics.push_back(diagnostic("send_failures", send_failures_));
   status.diagnostics.push_back(diagnostic("parts_dropped", parts_dropped_));
   status.diagnostics.push_back(diagnostic("internal_errors", faults_));

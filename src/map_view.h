@@ -44,6 +44,9 @@ struct FrameResult {
   std::int64_t reference_keyframe = -1;  // map_from_camera = map_from_reference * the next
   Rigid3 reference_from_camera;
   int num_matches = 0, num_inliers = 0;
+  // Of the matches with a keyframe, those that are seen well but move on their own
+  // (map/moving_matches.h says exactly which): about 0 where nothing moves. They are not used.
+  int num_moving = 0;
   bool rejected = false;     // bad input: the map is untouched
   bool map_updated = false;  // Mapper::map_update() has news
   // The keyframe's job that was adopted since the frame before, 0 none, kAdoptedAtOnce where this
@@ -113,6 +116,8 @@ struct MapperStatistics {
   std::int64_t tracked = 0;  // with a pose at the time
   std::int64_t keyframes = 0, landmarks = 0, observations = 0, edges = 0;  // in the current map
   std::int64_t starts = 0, losses = 0, rejected = 0;
+  // FrameResult::num_moving: of all frames, of the one with the most, and the frames with any.
+  std::int64_t moving_matches = 0, most_moving = 0, frames_with_moving = 0;
   std::map<PoseSource, std::int64_t> sources;
   std::map<Reason, std::int64_t> reasons;
 };

@@ -13,6 +13,7 @@
 #include "map/keyframe_work.h"
 #include "map/live_map.h"
 #include "map/map_start.h"
+#include "map/moving_matches.h"
 #include "map/tracking.h"
 
 namespace eifmap {
@@ -147,7 +148,7 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
     FinishedMap old = finish(*live);
     if (!finished || old.trajectory.size() > finished->trajectory.size()) finished = std::move(old);
   }
-  live.emplace(std::move(begun.started->map));
+  live.emplace(std::move(begun.started->map), camera);
   map_sign = live->map().keyframe(0).observed().map_sign;
   ++map_id;
   ++statistics.starts;
@@ -282,9 +283,11 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
       map.pose(tracking.reference).inverse() * tracking.world_from_camera;
   result.num_matches = tracking.num_matches;
   result.num_inliers = static_cast<int>(tracking.sights.size());
+  result.num_moving = count_moving_matches(map, observed, tracking);
   const auto shared = std::make_shared<const ObservedFrame>(std::move(observed));
   const Usual usual{most_tracked, live->history.is_odd_step(step_px)};
   live->history.add(step_px);
+  live->sight_counts.add(map, tracking);
   const bool as_keyframe = !job_runs && wants_keyframe(map, tracking, usual, options);
   if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
   PoseBlock covariance;
@@ -305,6 +308,7 @@ KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observe
   work->observed = std::move(observed);
   work->calibration = calibration;
   work->tracking = tracking;
+  work->hardly_seen = live->sight_counts.hardly_seen(live->map());
   work->before = live->current;
   work->after = std::move(live->spare);
   if (runner && with_updates) work->news = std::move(live->news);
@@ -394,6 +398,9 @@ void Mapper::State::count(const FrameResult& result) {
   ++statistics.frames;
   if (result.state == TrackingState::kTracking) ++statistics.tracked;
   ++statistics.sources[result.source];
+  statistics.moving_matches += result.num_moving;
+  statistics.most_moving = std::max<std::int64_t>(statistics.most_moving, result.num_moving);
+  statistics.frames_with_moving += result.num_moving > 0;
   if (result.map_updated) count_map();
 }
 

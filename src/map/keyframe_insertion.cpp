@@ -32,7 +32,8 @@ bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
   });
 }
 
-void cull(Map& map, int newest) {
+// Information is lost by it, consistency is not.
+void cull(Map& map, int newest, const std::vector<int>& hardly_seen) {
   constexpr int kCandidateAge = 8;  // keyframes without news: it will not become a landmark
   constexpr int kLandmarkAge = 3;   // by then a landmark has its third view
   for (int t = 0; t < map.num_tracks(); ++t) {
@@ -43,6 +44,7 @@ void cull(Map& map, int newest) {
     const bool weak_landmark = track.is_landmark() && age > kLandmarkAge && track.sights.size() < 3;
     if (stale_candidate || weak_landmark) map.remove_track(t);
   }
+  for (const int t : hardly_seen) map.remove_track(t);
 }
 
 double sigma_centre(const Tracking& tracking) {
@@ -105,7 +107,8 @@ bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual
 }
 
 Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observed,
-                          const Tracking& tracking, const MapperOptions& options) {
+                          const Tracking& tracking, const std::vector<int>& hardly_seen,
+                          const MapperOptions& options) {
   const Before before{map.pose(tracking.reference),
                       median_sight_depth(map, tracking.world_from_camera, tracking.sights)};
   const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);
@@ -118,7 +121,7 @@ Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observe
                  options.landmark.promote_omega_p && !has_edge});
   const FilterUpdate update = map.update();
   const Reason reason = judge_update(map, k, tracking, before, update);
-  cull(map, k);
+  cull(map, k, hardly_seen);
   return {k, reason};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "map/map.h"
 #include "map/tracking.h"
@@ -23,9 +24,11 @@ struct Insertion {
   Reason reason = Reason::kNone;  // or kFilterFailed, kScaleJump: the map is not to be trusted
 };
 
-// Pose, measurements, relative-pose edge, new features, update of the filter, culling.
+// Pose, measurements, relative-pose edge, new features, update of the filter, culling: also of the
+// landmarks (tracks) that were `hardly_seen` in the frames before (SightCounts).
 Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observed,
-                          const Tracking& tracking, const MapperOptions& options);
+                          const Tracking& tracking, const std::vector<int>& hardly_seen,
+                          const MapperOptions& options);
 
 struct TrackExtension {
   double sigma_centre = 0;    // standard deviation of the keyframe's place, map units

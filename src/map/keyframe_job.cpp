@@ -21,7 +21,8 @@ void KeyframeJob::run() {
     *work.after = *work.before;  // into memory that is there
   else
     work.after = std::make_shared<Map>(*work.before);
-  work.insertion = insert_keyframe(*work.after, work.observed, work.tracking, work.options);
+  work.insertion =
+      insert_keyframe(*work.after, work.observed, work.tracking, work.hardly_seen, work.options);
   if (work.insertion.reason != Reason::kNone) return;
   work.calibration->look_at(*work.after);
   if (work.news) work.update = work.news->since_last(*work.after);

@@ -20,6 +20,7 @@ struct KeyframeWork {
   MapperOptions options;
   std::shared_ptr<const ObservedFrame> observed;
   Tracking tracking;                  // of the frame in `before`
+  std::vector<int> hardly_seen;       // landmarks (tracks), see SightCounts
   std::shared_ptr<const Map> before;  // read by the tracking meanwhile
   std::optional<MapNews> news;        // of `before`; none: nobody wants updates of the map
   std::optional<CalibrationCheck> calibration;  // its pairs so far; run() adds to them

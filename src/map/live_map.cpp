@@ -4,7 +4,8 @@
 
 namespace eifmap {
 
-LiveMap::LiveMap(Map started) : current(std::make_shared<Map>(std::move(started))) {
+LiveMap::LiveMap(Map started, const Camera& camera)
+    : current(std::make_shared<Map>(std::move(started))), sight_counts(camera) {
   most_tracked.assign(static_cast<std::size_t>(map().num_keyframes()), map().num_landmarks());
 }
 

@@ -7,6 +7,7 @@
 
 #include "map/map.h"
 #include "map/map_news.h"
+#include "map/sight_counts.h"
 #include "map/tracking.h"
 #include "map/tracking_history.h"
 #include "map/trajectory_log.h"
@@ -15,7 +16,7 @@
 namespace eifmap {
 
 struct LiveMap {
-  explicit LiveMap(Map started);
+  LiveMap(Map started, const Camera& camera);
   // Never written to once it is here: a job may be reading it.
   const Map& map() const { return *current; }
 
@@ -25,6 +26,7 @@ struct LiveMap {
   std::optional<MapUpdate> update;  // of the job adopted last, until it is asked for
   TrajectoryLog log;
   TrackingHistory history;
+  SightCounts sight_counts;
   std::vector<int> most_tracked;  // by keyframe: landmarks that the best frame tracked from there
   int reference = 0;              // keyframe that frames are related to
   LastMotion last;

@@ -159,6 +159,7 @@ bool PoseSearch::confirm(const Guess& guess, PoseSource source, Tracking& tracki
   const std::vector<int> local =
       map_.landmarks_of(map_.covisible(tracking.reference, kLocalKeyframes));
   if (!search_around(guess, local, tracking)) return false;
+  tracking.looked_for = local;
   if (!options_.tracking.second_search) return true;
   Tracking second = tracking;
   if (search_around({tracking.world_from_camera, tracking.covariance}, local, second))

@@ -31,6 +31,7 @@ struct Tracking {
   FramePair pair;                           // of `related` and the frame
   std::vector<LandmarkSight> sights;        // inliers, by track ascending
   int num_matches = 0;                      // landmarks matched, inliers or not
+  std::vector<int> looked_for;  // tracks of the local map's landmarks, seen or not; ascending
 
   bool ok() const { return reason == Reason::kNone; }
 };

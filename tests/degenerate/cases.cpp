@@ -72,7 +72,12 @@ std::vector<Case> make_cases() {
   {
     Case& c = add("bus", with_event(images("street", "sideways", 340), "bus", 6, 8));
     c.from_s = 6, c.to_s = 14, c.start_by_s = 6, c.tracked_after = 0.9;
-    c.same_map_after = true;
+    c.same_map_after = c.moves_during = true;
+  }
+  {
+    Case& c = add("no_bus", images("street", "sideways", 340));
+    c.start_by_s = 6, c.tracked_after = 0.9;
+    c.stands_still = true;
   }
   {
     Case& c = add("bus_first", with_event(images("street", "sideways", 260), "bus", -4, 12));

@@ -32,6 +32,8 @@ struct Case {
   bool lost_during = false;     // LOST is said in it
   bool same_map_after = false;  // else a new one will do, if LOST was said
   bool grows_during = true;     // false: the map stays as large as it is
+  bool moves_during = false;    // something does: counted then, and not before
+  bool stands_still = false;    // nothing moves: next to nothing is counted
   double tracked_after =
       0;  // share of the images from the start, or from `to` on, that have a pose
   // The calibration is wrong, and that is said if there is a map, which then may be wrong. Else it

@@ -25,10 +25,12 @@ void print_results(const CaseRun& run) {
     const FrameResult& result = run.results[i];
     const Eigen::Vector3d at = result.map_from_camera.translation;
     const Eigen::Vector3d truth = run.truth[i].world_from_camera.translation;
-    std::printf("    %zu state %d map %d source %d at %.4f %.4f %.4f, true %.4f %.4f %.4f %s %s\n",
-                i, static_cast<int>(result.state), static_cast<int>(result.map_id),
-                static_cast<int>(result.source), at.x(), at.y(), at.z(), truth.x(), truth.y(),
-                truth.z(), describe(result.reason).name, result.detail.c_str());
+    std::printf(
+        "    %zu state %d map %d source %d at %.4f %.4f %.4f, true %.4f %.4f %.4f moving %d %s "
+        "%s\n",
+        i, static_cast<int>(result.state), static_cast<int>(result.map_id),
+        static_cast<int>(result.source), at.x(), at.y(), at.z(), truth.x(), truth.y(), truth.z(),
+        result.num_moving, describe(result.reason).name, result.detail.c_str());
   }
 }
 

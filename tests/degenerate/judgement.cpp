@@ -33,6 +33,7 @@ class Judge {
     begin();
     waiting();
     event();
+    moving();
     tracked();
     calibration();
     summary();
@@ -52,6 +53,12 @@ class Judge {
     for (int i = first; i < end; ++i) number += is(i, state);
     return number;
   }
+  // FrameResult::num_moving, the mean over frames [first, end).
+  double mean_moving(int first, int end) const {
+    double sum = 0;
+    for (int i = first; i < end; ++i) sum += result(i).num_moving;
+    return end > first ? sum / (end - first) : 0;
+  }
   // The last map that was tracked in within frames [first, end); 0 none.
   std::int64_t map_in(int first, int end) const {
     for (int i = end - 1; i >= first; --i)
@@ -68,6 +75,7 @@ class Judge {
   void waiting();
   void event();
   void growth(int from, int to);
+  void moving();
   void tracked();
   void calibration();
   void summary();
@@ -189,6 +197,19 @@ void Judge::growth(int from, int to) {
   verdict_.summary += text("  %d to %d keyframes, %d to %d landmarks;", k0, k1, l0, l1);
   if (k1 - k0 > kKeyframes || std::abs(l1 - l0) > kLandmarks * l0)
     fault(text("the map grew from %d to %d keyframes, from %d to %d landmarks", k0, k1, l0, l1));
+}
+
+void Judge::moving() {
+  constexpr double kSome = 10, kNearNone = 0.5;  // matches an image
+  const int from = case_.moves_during ? frame_at(case_.from_s) - 1 : size();
+  const double still = mean_moving(0, from);
+  const double moved = mean_moving(from, frame_at(case_.to_s));
+  verdict_.summary += text("  %.2f moving matches an image", mean_moving(0, size()));
+  verdict_.summary += case_.moves_during ? text(", before %.2f, during %.1f;", still, moved) : ";";
+  if (case_.moves_during && moved < kSome)
+    fault(text("%.1f moving matches an image are counted, wanted %.0f", moved, kSome));
+  if ((case_.moves_during || case_.stands_still) && still > kNearNone)
+    fault(text("%.2f moving matches an image are counted where nothing moves", still));
 }
 
 void Judge::tracked() {

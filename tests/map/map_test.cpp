@@ -137,7 +137,7 @@ Insertion insert_at(Map& map, const SyntheticStream& world, const Rigid3& tracke
   }
   EXPECT_GT(tracking.sights.size(), 40u);
   return insert_keyframe(map, std::make_shared<const ObservedFrame>(std::move(observed)), tracking,
-                         {});
+                         {}, {});
 }
 
 TEST(Map, AKeyframeThatTheFilterMovesFarIsAScaleJump) {
