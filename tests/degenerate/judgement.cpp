@@ -201,7 +201,8 @@ void Judge::growth(int from, int to) {
 
 void Judge::moving() {
   constexpr double kSome = 10, kNearNone = 0.5;  // matches an image
-  const int from = case_.moves_during ? frame_at(case_.from_s) - 1 : size();
+  // Its front is in view a little before.
+  const int from = case_.moves_during ? frame_at(case_.from_s - 1) : size();
   const double still = mean_moving(0, from);
   const double moved = mean_moving(from, frame_at(case_.to_s));
   verdict_.summary += text("  %.2f moving matches an image", mean_moving(0, size()));
