@@ -215,7 +215,7 @@ void Mapper::State::track(ObservedFrame observed, FrameResult& result) {
   }
   if (tracking.ok()) return accept(std::move(observed), tracking, result);
   lose(observed.frame.time_us, result);
-  may_go_on = true;
+  may_go_on = tracking.reason != Reason::kAmbiguousPlace;
   result.reason = tracking.reason;
   result.detail = std::move(tracking.detail);
   result.num_matches = tracking.num_matches;

@@ -17,7 +17,6 @@ from runs import Programs
 
 STRANGE_SHARE = 0.3  # as many as of the good images
 LEAST_COVERAGE = 0.95  # of the clean run's
-MORE_ERROR_M = 0.01  # than the clean run's
 TRAJECTORIES = ["trajectory.tum", "trajectory_final.tum"]
 
 
@@ -38,14 +37,14 @@ class Judged:
         self.error_m = programs.error_m(truth, scratch)
 
 
-def problems_of(name, clean, now):
+def problems_of(name, clean, now, more_error_m):
     if now.error_m is None:
         return [f"{name}: no trajectory to judge"]
     checks = {
         f"{name}: coverage {now.coverage:.3f}, promised {LEAST_COVERAGE} of {clean.coverage:.3f}":
             now.coverage >= LEAST_COVERAGE * clean.coverage,
-        f"{name}: error {now.error_m:.4f} m, promised at most {MORE_ERROR_M} m more than "
-        f"{clean.error_m:.4f} m": now.error_m <= clean.error_m + MORE_ERROR_M,
+        f"{name}: error {now.error_m:.4f} m, promised at most {more_error_m} m more than "
+        f"{clean.error_m:.4f} m": now.error_m <= clean.error_m + more_error_m,
     }
     return [text for text, kept in checks.items() if not kept]
 
@@ -87,7 +86,7 @@ def lost_after(recording, judged, strange):
     return dict(counts)
 
 
-def run(recording, seed, kinds):
+def run(recording, seed, kinds, more_error_m):
     folder, strange = recording.corrupt(seed, kinds)
     output = recording.scratch / "out"
     report = recording.programs.map(folder, output)
@@ -106,7 +105,7 @@ def run(recording, seed, kinds):
           f"{dict(keyframes)}, good images lost after {lost_after(recording, judged, strange)}, "
           f"rejected {report['rejected_reasons']}", flush=True)
     problems = [problem for name, clean in recording.clean.items()
-                for problem in problems_of(name, clean, judged[name])]
+                for problem in problems_of(name, clean, judged[name], more_error_m)]
     return problems + problems_of_sizes(report, strange.values())
 
 
@@ -133,6 +132,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--max-frames", type=int, default=0, help="good images; 0: all")
     parser.add_argument("--kinds", default="", help="of strange images; default: all")
+    parser.add_argument("--more-error", type=float, default=0.01, help="than the clean run's, m")
     parser.add_argument("--sizes", action="store_true", help="also those of another size alone")
     parser.add_argument("source", help="folder of eifmap's own layout with the truth, or shared:NAME")
     options = parser.parse_args()
@@ -142,7 +142,7 @@ def main():
                               pathlib.Path(name))
         broken = sizes_cost_nothing(recording) if options.sizes else []
         for seed in range(1, options.seeds + 1):
-            broken += [f"seed {seed}: {text}" for text in run(recording, seed, options.kinds)]
+            broken += [f"seed {seed}: {text}" for text in run(recording, seed, options.kinds, options.more_error)]
     if broken:
         sys.exit("FAILED: " + "\n".join(broken))
 
