@@ -230,6 +230,8 @@ TEST(MappingServer, OutlivesWhatItsSurroundingsThrow) {
   for (const diagnostic_t& entry : bus.last.diagnostics) figures[entry.key] = entry.value;
   EXPECT_EQ(figures["internal_errors"], std::to_string(told - 1)) << "the last follows this status";
   EXPECT_GE(std::stoi(figures["send_failures"]), 30);
+  for (const char* key : {"moving.now", "moving.most", "moving.frames"})
+    EXPECT_EQ(figures[key], "0") << key;
 }
 
 TEST(MappingServer, NewestAccountsForEveryFrame) {

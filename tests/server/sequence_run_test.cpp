@@ -57,9 +57,9 @@ TEST(SequenceRun, WritesEveryFileAndEveryFigure) {
   for (const char* file : {"trajectory.tum", "trajectory_final.tum", "keyframes.tum", "map.ply"})
     EXPECT_TRUE(std::filesystem::exists(options.output / file)) << file;
   const nlohmann::json json = report(options);
-  for (const char* key :
-       {"frames", "tracked", "coverage", "keyframes", "landmarks", "edges", "starts", "losses",
-        "rolls_unseen", "pose_sources", "reasons", "cpu_s", "wall_s", "peak_rss_mib", "steps"})
+  for (const char* key : {"frames", "tracked", "coverage", "keyframes", "landmarks", "edges",
+                          "starts", "losses", "moving_matches", "rolls_unseen", "pose_sources",
+                          "reasons", "cpu_s", "wall_s", "peak_rss_mib", "steps"})
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_EQ(json["frames"], 6);
   for (const char* step : {"decode", "extract", "frame"}) {
