@@ -4,6 +4,7 @@ the offline run that a live one is compared with.
 import argparse
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import time
@@ -111,6 +112,25 @@ def parse_live(parser):
 
 def map_offline(options, output):
     subprocess.run([options.server, "--sequence", options.offline, "--output", output], check=True)
+
+
+def run_live(options, folder, taking, before=None):
+    """Server, logger and publisher to the end: `folder`/live is the server's, `folder`/logged the
+    logger's. `taking`: newest or lossless; `before(processes)`: what else is done before publishing.
+    """
+    with Processes(folder) as processes:
+        server = processes.start("server", options.server, "--input", taking,
+                                 "--output", folder / "live")
+        server.wait_for_words("listening on")
+        logger = processes.start("logger", options.client, "log", folder / "logged")
+        logger.wait_for_words("logging")
+        if before:
+            before(processes)
+        processes.start("publisher", options.client, "publish", *options.publish).wait_for_end()
+        wait_for_lines(folder / "logged" / "poses.jsonl", options.frames)
+        server.child.send_signal(signal.SIGTERM)
+        server.wait_for_end()
+        logger.wait_for_end()
 
 
 def lines(file):

@@ -7,25 +7,10 @@ the live server's own results. Run it inside a private network (support/private_
 """
 import json
 import pathlib
-import signal
 import subprocess
 import tempfile
 
-from processes import Processes, fail, lines, live_options, parse_live, wait_for_lines
-
-
-def run_live(options, folder):
-    with Processes(folder) as processes:
-        server = processes.start("server", options.server, "--input", "newest",
-                                 "--output", folder / "live")
-        server.wait_for_words("listening on")
-        logger = processes.start("logger", options.client, "log", folder / "logged")
-        logger.wait_for_words("logging")
-        processes.start("publisher", options.client, "publish", *options.publish).wait_for_end()
-        wait_for_lines(folder / "logged" / "poses.jsonl", options.frames)
-        server.child.send_signal(signal.SIGTERM)
-        server.wait_for_end()
-        logger.wait_for_end()
+from processes import fail, lines, live_options, parse_live, run_live
 
 
 def replay(options, folder, decisions):
@@ -83,7 +68,7 @@ def main():
         options.publish += ["--max-frames", str(options.max_frames)]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        run_live(options, folder)
+        run_live(options, folder, "newest")
         compare(options, folder)
         expect_a_departure(options, folder)
 

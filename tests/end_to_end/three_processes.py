@@ -8,14 +8,14 @@ if nothing had been. Run it inside a private network (support/private_network.sh
 """
 import json
 import pathlib
-import signal
 import tempfile
 
-from processes import (Processes, fail, lines, live_options, map_offline, parse_live, shared,
+from processes import (fail, lines, live_options, map_offline, parse_live, run_live, shared,
                        wait_for_lines)
 
 
-def expect_no_map(options, folder):
+def stand_still(options, processes, folder):
+    processes.start("standstill", options.client, "publish", options.before).wait_for_end()
     frames = len(lines(pathlib.Path(options.before) / "times.txt"))
     wait_for_lines(folder / "logged" / "poses.jsonl", frames)
     poses = [json.loads(line) for line in lines(folder / "logged" / "poses.jsonl")]
@@ -26,23 +26,6 @@ def expect_no_map(options, folder):
         fail("a map was made of a standstill")
     print(f"standstill: {len(poses)} frames, no map, NO_BASELINE")
     options.frames += len(poses)
-
-
-def run_live(options, folder):
-    with Processes(folder) as processes:
-        server = processes.start("server", options.server, "--input", "lossless",
-                                 "--output", folder / "live")
-        server.wait_for_words("listening on")
-        logger = processes.start("logger", options.client, "log", folder / "logged")
-        logger.wait_for_words("logging")
-        if options.before:
-            processes.start("standstill", options.client, "publish", options.before).wait_for_end()
-            expect_no_map(options, folder)
-        processes.start("publisher", options.client, "publish", *options.publish).wait_for_end()
-        wait_for_lines(folder / "logged" / "poses.jsonl", options.frames)
-        server.child.send_signal(signal.SIGTERM)
-        server.wait_for_end()
-        logger.wait_for_end()
 
 
 def last_status(folder):
@@ -77,7 +60,8 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         map_offline(options, folder / "offline")
-        run_live(options, folder)
+        run_live(options, folder, "lossless",
+                 lambda processes: options.before and stand_still(options, processes, folder))
         compare(folder)
 
 
