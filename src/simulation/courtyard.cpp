@@ -25,15 +25,7 @@ class Builder {
     ground.v = {0, 0, -2 * kNorth};
     ground.painter = paving(next(), 0.46f);
     quads_.push_back(ground);
-    constexpr double kSize = 1600, kHeight = 140;
-    Quad sky;
-    sky.origin = {-kSize / 2, -kHeight, -kSize / 2};
-    sky.u = {kSize, 0, 0};
-    sky.v = {0, 0, kSize};
-    sky.painter = clouds(next(), kSize);
-    sky.texels_per_m = 0.64;
-    sky.lit = false;
-    quads_.push_back(sky);
+    quads_.push_back(cloudy_sky(next()));
   }
 
   // A wing whose facade looks into the yard, with its roof rising behind it.

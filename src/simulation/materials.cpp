@@ -266,4 +266,16 @@ Painter poster(std::uint32_t seed, float x0, float y0, Painter ground) {
   };
 }
 
+Quad cloudy_sky(std::uint32_t seed) {
+  constexpr double kSize = 1600, kHeight = 140;
+  Quad sky;
+  sky.origin = {-kSize / 2, -kHeight, -kSize / 2};
+  sky.u = {kSize, 0, 0};
+  sky.v = {0, 0, kSize};
+  sky.painter = clouds(seed, kSize);
+  sky.texels_per_m = 0.64;
+  sky.lit = false;
+  return sky;
+}
+
 }  // namespace eifmap::simulation

@@ -19,6 +19,9 @@ Painter planks(std::uint32_t seed, float albedo, float width, float height);  //
 Painter water(std::uint32_t seed, float albedo);
 Painter clouds(std::uint32_t seed, float size);  // a sky of `size` m, paler towards its borders
 
+// Above any of the worlds.
+Quad cloudy_sky(std::uint32_t seed);
+
 // A facade of `width` x `height` m: windows in rows of storeys and a door, set into `ground`.
 Painter facade(std::uint32_t seed, float width, float height, Painter ground);
 

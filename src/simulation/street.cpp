@@ -17,7 +17,6 @@ class Builder {
   std::vector<Quad> take() { return std::move(quads_); }
 
   void ground_and_sky() {
-    constexpr double kSize = 1600, kHeight = 140;
     Quad ground;
     ground.origin = {-kHalfWidth - 1.3, 0, kNorth};
     ground.u = {2 * kHalfWidth + 2.6, 0, 0};  // under the houses that stand back
@@ -25,14 +24,7 @@ class Builder {
     ground.painter = paving(next(), 0.42f);
     ground.texels_per_m = 40;
     quads_.push_back(ground);
-    Quad sky;
-    sky.origin = {-kSize / 2, -kHeight, -kSize / 2};
-    sky.u = {kSize, 0, 0};
-    sky.v = {0, 0, kSize};
-    sky.painter = clouds(next(), kSize);
-    sky.texels_per_m = 0.64;
-    sky.lit = false;
-    quads_.push_back(sky);
+    quads_.push_back(cloudy_sky(next()));
   }
 
   void house(const Vector3d& foot, const Vector3d& facing, double width) {
