@@ -45,8 +45,8 @@ const ServerConfig& checked(const ServerConfig& config) {
 
 CameraMapper::CameraMapper(const ServerConfig& config)
     : config_(checked(config)), extractor_(config.features), camera_(config.camera) {
-  if (config_.live_handover().when != Handover::When::kAtOnce)
-    keyframes_.emplace(config_.live_handover());
+  if (const Handover handover = config_.live_handover(); handover.is_beside())
+    keyframes_.emplace(handover);
 }
 
 const Camera* CameraMapper::calibration_of(const std::string& camera) const {

@@ -20,8 +20,10 @@ void yield_to_tracking() {
 }  // namespace
 
 KeyframeWorker::KeyframeWorker(Handover handover) : handover_(std::move(handover)) {
-  if (!handover_.recorded && handover_.when == Handover::When::kAtOnce)
+  if (!handover_.is_beside())
     throw std::invalid_argument("KeyframeWorker: at once needs no worker");
+  if (handover_.when == Handover::When::kAsRecorded && !handover_.recorded)
+    throw std::invalid_argument("KeyframeWorker: as recorded needs the record");
 }
 
 KeyframeWorker::~KeyframeWorker() {
@@ -49,10 +51,14 @@ void KeyframeWorker::start(KeyframeJob job) {
 
 bool KeyframeWorker::due(const FeatureFrame& frame) {
   ++frames_since_start_;
-  if (handover_.recorded) return handover_.recorded(frame);
-  if (handover_.when == Handover::When::kAfterFrames)
-    return frames_since_start_ >= handover_.frames;
-  return is_done();
+  switch (handover_.when) {
+    case Handover::When::kAsRecorded:
+      return handover_.recorded(frame);
+    case Handover::When::kAfterFrames:
+      return frames_since_start_ >= handover_.frames;
+    default:
+      return is_done();
+  }
 }
 
 void KeyframeWorker::wait_until_done(std::unique_lock<std::mutex>& lock) {
@@ -75,7 +81,7 @@ bool KeyframeWorker::has_job() const {
 }
 
 bool KeyframeWorker::may_be_adopted() const {
-  return !handover_.recorded && handover_.when == Handover::When::kWhenDone && is_done();
+  return handover_.when == Handover::When::kWhenDone && is_done();
 }
 
 bool KeyframeWorker::is_done() const {

@@ -16,19 +16,20 @@ namespace eifmap {
 // When a job's map is adopted.
 struct Handover {
   enum class When {
-    kAtOnce,      // process() does the mapping itself: no worker
-    kWhenDone,    // before the first frame after it is done: decided by timing
-    kAfterFrames  // before the n-th frame after its own, waited for: decided by count
+    kAtOnce,       // process() does the mapping itself: no worker
+    kWhenDone,     // before the first frame after it is done: decided by timing
+    kAfterFrames,  // before the n-th frame after its own, waited for: decided by count
+    kAsRecorded    // before the frames that a recorded run adopted one before, waited for
   };
   When when = When::kAtOnce;
-  int frames = 0;  // n
-  // Instead of all that: whether a recorded run adopted a job before this frame.
-  std::function<bool(const FeatureFrame&)> recorded;
+  int frames = 0;                                     // n
+  std::function<bool(const FeatureFrame&)> recorded;  // whether one was adopted before this frame
+  bool is_beside() const { return when != When::kAtOnce; }
 };
 
 class KeyframeWorker : public KeyframeRunner {
  public:
-  // Not kAtOnce. The thread starts with the first job.
+  // One that is beside. The thread starts with the first job.
   explicit KeyframeWorker(Handover handover);
   ~KeyframeWorker() override;
   KeyframeWorker(const KeyframeWorker&) = delete;

@@ -18,6 +18,7 @@ std::string Replay::open(const std::filesystem::path& decisions) {
 Handover Replay::handover() const {
   Handover handover;
   if (at_once_) return handover;
+  handover.when = Handover::When::kAsRecorded;
   handover.recorded = [this](const FeatureFrame& frame) {
     const auto found = decisions_.find(frame.time_us);
     return found != decisions_.end() && found->second.adopted_job != 0;

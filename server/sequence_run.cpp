@@ -56,7 +56,7 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
     if (std::string problem = replay.open(options.decisions); !problem.empty()) return problem;
   const Handover handover = replay.is_open() ? replay.handover() : options.handover;
   std::optional<KeyframeWorker> keyframes;
-  if (handover.recorded || handover.when != Handover::When::kAtOnce) keyframes.emplace(handover);
+  if (handover.is_beside()) keyframes.emplace(handover);
   Mapper mapper(sequence.camera(), options.mapper);
   if (keyframes) mapper.set_keyframe_runner(&*keyframes, false);
   mapper.set_step_observer(

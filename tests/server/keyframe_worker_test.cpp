@@ -87,7 +87,7 @@ TEST(KeyframeWorker, AfterFramesIsDueByCountAlone) {
 }
 
 TEST(KeyframeWorker, RecordedIsDueAsRecorded) {
-  KeyframeWorker worker({When::kAtOnce, 0, [](const FeatureFrame& f) { return f.seq == 2; }});
+  KeyframeWorker worker({When::kAsRecorded, 0, [](const FeatureFrame& f) { return f.seq == 2; }});
   worker.start(job(1));
   wait_until_done(worker);
   EXPECT_FALSE(worker.may_be_adopted());
