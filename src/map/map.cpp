@@ -122,13 +122,18 @@ std::vector<int> Map::landmarks_of(const std::vector<int>& keyframes) const {
   return found;
 }
 
-double Map::median_depth(int keyframe) const {
+std::vector<double> Map::depths(int keyframe) const {
   std::vector<double> depths;
   const Rigid3 camera_from_world = pose(keyframe).inverse();
   for (int t : keyframes_[keyframe].track)
     if (t != kNoTrack && tracks_[t].is_landmark())
       depths.push_back((camera_from_world * position(t)).z());
-  return take_median(depths);
+  return depths;
+}
+
+double Map::median_depth(int keyframe) const {
+  std::vector<double> all = depths(keyframe);
+  return take_median(all);
 }
 
 }  // namespace eifmap

@@ -91,7 +91,8 @@ class Map {
   std::vector<int> covisible(int keyframe, int count) const;
   // Landmarks (tracks) seen from any of the keyframes, ascending.
   std::vector<int> landmarks_of(const std::vector<int>& keyframes) const;
-  // Median depth of the landmarks seen from the keyframe, 0 when it has none.
+  // Depths of the landmarks seen from the keyframe, in no order; their median, 0 of none.
+  std::vector<double> depths(int keyframe) const;
   double median_depth(int keyframe) const;
 
   double radians_per_pixel() const { return radians_per_pixel_; }

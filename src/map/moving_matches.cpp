@@ -44,11 +44,7 @@ class AllowedPlaces {
 
 // A quarter of the depth that all but a few of the keyframe's landmarks exceed; 0 without any.
 double nearest_depth(const Map& map, int keyframe) {
-  std::vector<double> depths;
-  const Rigid3 camera_from_world = map.pose(keyframe).inverse();
-  for (const int t : map.keyframe(keyframe).track)
-    if (t != kNoTrack && map.track(t).is_landmark())
-      depths.push_back((camera_from_world * map.position(t)).z());
+  std::vector<double> depths = map.depths(keyframe);
   if (depths.empty()) return 0;
   const auto low = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 20);
   std::nth_element(depths.begin(), low, depths.end());

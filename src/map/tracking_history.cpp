@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "geometry/projection.h"
 #include "geometry/robust.h"
 
 namespace eifmap {
@@ -46,19 +45,6 @@ void TrackingHistory::add(const Eigen::Vector2d& step_px) {
     odd_.reset();
     push(step_px.norm());
   }
-}
-
-Eigen::Vector2d step_in_pixels(const Map& map, const std::vector<LandmarkSight>& sights,
-                               const Rigid3& from, const Rigid3& to) {
-  const Projector before(from), now(to);
-  std::vector<double> x, y;
-  for (const LandmarkSight& sight : sights) {
-    Eigen::Vector2d a, b;
-    if (!before(map.position(sight.track), a) || !now(map.position(sight.track), b)) continue;
-    x.push_back(b.x() - a.x());
-    y.push_back(b.y() - a.y());
-  }
-  return Eigen::Vector2d(take_median(x), take_median(y)) / map.radians_per_pixel();
 }
 
 }  // namespace eifmap

@@ -6,14 +6,12 @@
 #include <deque>
 #include <optional>
 
-#include "map/map.h"
-#include "map/tracking.h"
-
 namespace eifmap {
 
 class TrackingHistory {
  public:
-  // Of each tracked frame: step_in_pixels().
+  // Of each tracked frame: how its landmarks moved in the image since the frame before
+  // (median_step() of image_shift.h, in pixels).
   void add(const Eigen::Vector2d& step_px);
 
   // Much larger than the step before it and than the usual one, and no way back from an odd one.
@@ -27,10 +25,5 @@ class TrackingHistory {
   std::deque<double> lengths_px_;  // of the last steps: what becomes usual is soon taken for it
   std::optional<Eigen::Vector2d> odd_;  // where the last frame is from the last that was not odd
 };
-
-// How the landmarks of `sights` move in the image from one pose to the other: the median of each
-// axis.
-Eigen::Vector2d step_in_pixels(const Map& map, const std::vector<LandmarkSight>& sights,
-                               const Rigid3& from, const Rigid3& to);
 
 }  // namespace eifmap

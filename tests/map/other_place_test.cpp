@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "geometry/triangulation.h"
+#include "map/tracking.h"
 #include "support/map_scene.h"
 
 namespace eifmap::test {

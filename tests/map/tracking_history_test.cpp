@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "support/map_scene.h"
-
 namespace eifmap::test {
 namespace {
 
@@ -60,25 +58,6 @@ TEST(TrackingHistory, LargeStepsAreNotOddWhereTheyAreUsual) {
 
 TEST(TrackingHistory, SaysNothingBeforeTheFirstStep) {
   EXPECT_FALSE(TrackingHistory().is_odd_step(along_x(500)));
-}
-
-TEST(TrackingHistory, AStepInPixelsIsThatOfTheLandmarksSeen) {
-  const SyntheticStream world;
-  Map map = scene_with_landmarks(world, 5);
-  map.update();
-  std::vector<LandmarkSight> sights;
-  for (int t = 0; t < map.num_tracks(); ++t)
-    if (map.track(t).is_landmark()) sights.push_back({t, 0});
-  ASSERT_FALSE(sights.empty());
-  const Rigid3& from = map.pose(4);
-  EXPECT_EQ(step_in_pixels(map, sights, from, from).norm(), 0);
-  // A turn by an angle moves what is near the axis by angle / (radians per pixel).
-  constexpr double kAngle = 0.02;
-  const Rigid3 turned(
-      from.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(kAngle, Eigen::Vector3d::UnitY())),
-      from.translation);
-  EXPECT_NEAR(step_in_pixels(map, sights, from, turned).norm(), kAngle / map.radians_per_pixel(),
-              0.2 * kAngle / map.radians_per_pixel());
 }
 
 }  // namespace

@@ -1,0 +1,101 @@
+// A tracked frame's way into the map, at once or beside the frames that come meanwhile.
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "map/keyframe_work.h"
+#include "mapper_state.h"
+
+namespace eifmap {
+
+KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observed,
+                                    const Tracking& tracking) {
+  auto work = std::make_unique<KeyframeWork>();
+  work->id = ++jobs;
+  work->map_id = map_id;
+  work->options = options;
+  work->observed = std::move(observed);
+  work->calibration = calibration;
+  work->tracking = tracking;
+  work->hardly_seen = live->sight_counts.hardly_seen(live->map());
+  work->before = live->current;
+  work->after = std::move(live->spare);
+  if (runner && with_updates) work->news = std::move(live->news);
+  return KeyframeJob(std::move(work));
+}
+
+// The map with the keyframe becomes the map. With a reason it does not: nothing of it was seen.
+Reason Mapper::State::adopt(KeyframeJob job) {
+  KeyframeWork& work = job.work();
+  adopted_job = work.id;
+  if (work.news) live->news = std::move(*work.news);
+  calibration = std::move(*work.calibration);
+  if (work.insertion.reason != Reason::kNone) {
+    live->spare = std::move(work.after);
+    return work.insertion.reason;
+  }
+  // Where the camera is, seen from its reference, has not changed.
+  const Rigid3 now_from_before =
+      work.after->pose(live->reference) * live->map().pose(live->reference).inverse();
+  live->last.pose = now_from_before * live->last.pose;
+  live->last.step = now_from_before.rotation * live->last.step;
+  if (live->log.newest_is(work.observed->frame.time_us))  // the filter knows better where it was
+    live->last.pose = work.after->pose(work.insertion.keyframe);
+  live->spare = std::exchange(live->current, std::move(work.after));
+  live->update = std::move(work.update);
+  live->most_tracked.push_back(static_cast<int>(work.tracking.sights.size()));
+  live->log.make_keyframe(work.observed->frame.time_us, work.insertion.keyframe);
+  live->reference = work.insertion.keyframe;
+  map_changed = true;
+  return Reason::kNone;
+}
+
+KeyframeJob Mapper::State::finish_job() {
+  job_runs = false;
+  try {
+    return runner->finish();
+  } catch (const std::exception& error) {
+    throw std::runtime_error(std::string("a keyframe's job: ") + error.what());
+  }
+}
+
+// What ran beside the frames since it was started. The same at whatever moment between two frames.
+void Mapper::State::adopt_beside(FrameResult& result) {
+  KeyframeJob job = finish_job();
+  if (!live || job.work().map_id != map_id) {  // of a map that was given up
+    adopted_job = job.id();
+    return;
+  }
+  const std::int64_t time_us = job.work().observed->frame.time_us;
+  const Reason reason = adopt(std::move(job));
+  if (reason == Reason::kNone || lost_since_us) return;
+  lose(time_us, result);
+  ++statistics.reasons[reason];
+}
+
+void Mapper::State::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
+                                 const Tracking& tracking, FrameResult& result) {
+  const Step step(observer, "keyframe");
+  const std::int64_t time_us = result.time_us;
+  KeyframeJob job = make_job(std::move(observed), tracking);
+  job.run();
+  const int keyframe = job.work().insertion.keyframe;
+  result.reason = adopt(std::move(job));
+  adopted_job = kAdoptedAtOnce;
+  if (result.reason != Reason::kNone) {
+    result.detail = "keyframe " + std::to_string(keyframe) + " with " +
+                    std::to_string(tracking.sights.size()) + " map features";
+    return lose(time_us, result);
+  }
+  const Map& map = live->map();
+  live->log.add(time_us, keyframe, Rigid3());
+  live->last.pose = map.pose(keyframe);
+  // The pose as the filter now has it is the better one, and what the frame's users get.
+  result.map_from_camera = live->last.pose;
+  result.reference_keyframe = keyframe;
+  result.reference_from_camera = Rigid3();
+  PoseBlock covariance;
+  set_covariance(map.filter().pose_covariance(keyframe, covariance), covariance, result);
+}
+
+}  // namespace eifmap

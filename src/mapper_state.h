@@ -1,0 +1,100 @@
+// What a mapper holds between two frames, and the steps of process(): for the mapper's own files.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "frame_check.h"
+#include "map/calibration_check.h"
+#include "map/live_map.h"
+#include "map/map_start.h"
+#include "map/tracking.h"
+#include "mapper.h"
+
+namespace eifmap {
+
+using StepObserver = std::function<void(std::string_view, bool)>;
+
+// Tells the observer when a step begins and ends.
+class Step {
+ public:
+  Step(const StepObserver& observer, std::string_view name) : observer_(observer), name_(name) {
+    if (observer_) observer_(name_, true);
+  }
+  ~Step() {
+    if (observer_) observer_(name_, false);
+  }
+  Step(const Step&) = delete;
+  Step& operator=(const Step&) = delete;
+
+ private:
+  const StepObserver& observer_;
+  std::string_view name_;
+};
+
+struct Mapper::State {
+  State(const Camera& c, const MapperOptions& o)
+      : camera(c),
+        options(o),
+        start(c, o),
+        calibration(c, o),
+        map_sign(sign_to_start_with(o.map_sign)) {}
+
+  Camera camera;
+  MapperOptions options;
+  StepObserver observer;
+  MapStart start;
+  CalibrationCheck calibration;
+  std::optional<LiveMap> live;
+  std::optional<FinishedMap> finished;  // the largest of those given up
+  std::int64_t map_id = 0;
+  MapSign map_sign;  // of the map, or of the one to come until its start has chosen
+  std::optional<std::int64_t> last_time_us, lost_since_us;
+  // Lost for want of a good image, not by what the map said: a good one may go on where it was.
+  bool may_go_on = false;
+  std::optional<std::pair<Extractor, std::int16_t>> extractor;  // the map's, or the stream's
+  std::int64_t publisher = 0;  // of the stream of frames; 0 unknown
+  int old_times = 0;           // frames in a row that were refused for their time
+  MapperStatistics statistics;
+  KeyframeRunner* runner = nullptr;
+  bool with_updates = false;
+  bool job_runs = false;  // in the runner
+  std::int64_t jobs = 0;  // started so far
+  // Since the last frame that was not refused; a fault meanwhile must not make them forgotten.
+  std::int64_t adopted_job = 0;  // 0 none
+  bool map_changed = false;
+
+  // mapper.cpp: what comes in, and what is said of it
+  FrameCheck check(const FeatureFrame& frame);
+  bool begins_stream(const FeatureFrame& frame) const;
+  void begin_stream(const FeatureFrame& frame);
+  void count(const FrameResult& result);
+  void count_map();
+  const FinishedMap* largest(FinishedMap& scratch) const;
+
+  // mapper_tracking.cpp: a frame's pose, lost and found
+  void start_map(ObservedFrame observed, FrameResult& result);
+  void track(ObservedFrame observed, FrameResult& result);
+  void find_again(ObservedFrame observed, FrameResult& result);
+  void lose(std::int64_t time_us, FrameResult& result);
+  void accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
+  Tracking try_track(const ObservedFrame& observed);
+  Tracking try_to_go_on(const ObservedFrame& observed);
+  Tracking try_relocalize(const ObservedFrame& observed);
+  MapperOptions tracking_options() const;
+  void set_covariance(bool known, const PoseBlock& covariance, FrameResult& result) const;
+
+  // mapper_keyframes.cpp: a frame's way into the map
+  void add_keyframe(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking,
+                    FrameResult& result);
+  KeyframeJob make_job(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking);
+  Reason adopt(KeyframeJob job);
+  KeyframeJob finish_job();
+  void adopt_beside(FrameResult& result);
+};
+
+}  // namespace eifmap

@@ -1,0 +1,182 @@
+// A frame's pose: the start of a map, tracking, lost and found again.
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "map/frame_covariance.h"
+#include "map/image_shift.h"
+#include "map/keyframe_insertion.h"
+#include "map/moving_matches.h"
+#include "mapper_state.h"
+
+namespace eifmap {
+
+// [WD10] IV: the first images.
+void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
+  const Step step(observer, "start");
+  const std::int64_t time_us = observed.frame.time_us;
+  StartStep begun = start.add(std::move(observed));
+  result.reason = begun.reason;
+  result.detail = std::move(begun.detail);
+  result.num_matches = begun.num_matches;
+  if (!begun.started) {
+    if (!live) result.state = TrackingState::kStarting;
+    return;
+  }
+  if (live) {
+    FinishedMap old = finish(*live);
+    if (!finished || old.trajectory.size() > finished->trajectory.size()) finished = std::move(old);
+  }
+  live.emplace(std::move(begun.started->map), camera);
+  map_sign = live->map().keyframe(0).observed().map_sign;
+  ++map_id;
+  ++statistics.starts;
+  lost_since_us.reset();
+  for (const TimedPose& posed : begun.started->posed)
+    live->log.add(posed.time_us, 0, live->map().pose(0).inverse() * posed.world_from_camera);
+  live->log.add(time_us, 1, Rigid3());
+  live->reference = 1;
+  live->last = {live->map().pose(1)};
+  result.state = TrackingState::kTracking;
+  result.source = PoseSource::kStartSet;
+  result.map_from_camera = live->last.pose;
+  result.reference_keyframe = 1;
+  result.num_inliers = live->map().num_landmarks();
+  map_changed = true;
+  PoseBlock covariance;
+  set_covariance(live->map().filter().pose_covariance(1, covariance), covariance, result);
+}
+
+// Never zero or identity for unknown: kNone says so. A filter that keeps its first linearization
+// is known to be too sure of itself.
+void Mapper::State::set_covariance(bool known, const PoseBlock& covariance,
+                                   FrameResult& result) const {
+  result.covariance_status = CovarianceStatus::kNone;
+  result.covariance.setZero();
+  if (!known) return;
+  result.covariance = centre_first(covariance);
+  result.covariance_status = options.filter.relinearize == Relinearize::kOnce
+                                 ? CovarianceStatus::kOptimistic
+                                 : CovarianceStatus::kValid;
+}
+
+void Mapper::State::lose(std::int64_t time_us, FrameResult& result) {
+  lost_since_us = time_us;
+  may_go_on = false;
+  ++statistics.losses;
+  start.reset();
+  result.state = TrackingState::kLost;
+  result.source = PoseSource::kNone;
+  result.covariance_status = CovarianceStatus::kNone;
+}
+
+// [WD10] IV: the first keyframes may be posed by plain triangulation.
+MapperOptions Mapper::State::tracking_options() const {
+  MapperOptions now = options;
+  if (live->map().num_keyframes() < 2 + options.start.triangulated_keyframes)
+    now.tracking.start = PoseStart::kTriangulation;
+  return now;
+}
+
+Tracking Mapper::State::try_track(const ObservedFrame& observed) {
+  const Step step(observer, "track");
+  return track_frame(live->map(), observed, live->reference, live->last, tracking_options());
+}
+
+void Mapper::State::track(ObservedFrame observed, FrameResult& result) {
+  Tracking tracking = try_track(observed);
+  // The keyframe in work may show what the map so far does not: late is better than lost. From here
+  // on all is as if it had been adopted before the frame, which is what the decisions say.
+  if (!tracking.ok() && job_runs) {
+    adopt_beside(result);
+    if (lost_since_us) return find_again(std::move(observed), result);
+    tracking = try_track(observed);
+  }
+  if (tracking.ok()) return accept(std::move(observed), tracking, result);
+  lose(observed.frame.time_us, result);
+  may_go_on = tracking.reason != Reason::kAmbiguousPlace;
+  result.reason = tracking.reason;
+  result.detail = std::move(tracking.detail);
+  result.num_matches = tracking.num_matches;
+}
+
+// A few spoilt images must not cost the good one after them. As certain as after a relocalization.
+Tracking Mapper::State::try_to_go_on(const ObservedFrame& observed) {
+  const double lost_s = 1e-6 * static_cast<double>(observed.frame.time_us - *lost_since_us);
+  Tracking tracking;
+  if (!may_go_on || lost_s >= options.lost.new_map_after_s) return tracking;
+  const Step step(observer, "track");
+  tracking = track_frame(live->map(), observed, live->reference, {live->last.pose, {0, 0, 0}},
+                         tracking_options(), 0);
+  if (static_cast<int>(tracking.sights.size()) < options.lost.min_inliers)
+    tracking.reason = Reason::kTooFewInliers;
+  return tracking;
+}
+
+Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
+  const Step step(observer, "relocalize");
+  // Where the camera was lost, the newest, and a few others in turn: a frame's time stays bounded.
+  constexpr int kNear = 3, kNewest = 2, kOthers = 3;
+  const int n = live->map().num_keyframes();
+  std::vector<int> keyframes = live->map().covisible(live->reference, kNear);
+  const auto add = [&keyframes](int k) {
+    if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
+  };
+  for (int k = n - 1; k >= std::max(0, n - kNewest); --k) add(k);
+  for (int k = 0; k < kOthers; ++k) add(live->next_to_try++ % n);
+  return relocalize(live->map(), observed, keyframes, options);
+}
+
+void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
+  Tracking tracking = try_to_go_on(observed);
+  if (!tracking.ok()) tracking = try_relocalize(observed);
+  if (tracking.ok()) {
+    lost_since_us.reset();
+    start.reset();
+    return accept(std::move(observed), tracking, result);
+  }
+  result.state = TrackingState::kLost;
+  const double lost_s = 1e-6 * static_cast<double>(observed.frame.time_us - *lost_since_us);
+  if (lost_s >= options.lost.new_map_after_s) start_map(std::move(observed), result);
+  if (result.state != TrackingState::kLost) return;
+  if (!result.detail.empty()) tracking.detail += "; a new map waits: " + result.detail;
+  result.reason = tracking.reason;
+  result.detail = std::move(tracking.detail);
+}
+
+void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result) {
+  const Map& map = live->map();
+  const bool continued = tracking.source != PoseSource::kRelocalized;
+  const Eigen::Vector3d step = tracking.world_from_camera.translation - live->last.pose.translation;
+  const Eigen::Vector2d step_px =
+      median_step(map, tracking.sights, live->last.pose, tracking.world_from_camera) /
+      map.radians_per_pixel();
+  live->last = {tracking.world_from_camera, continued ? step : Eigen::Vector3d::Zero()};
+  live->reference = better_reference(map, tracking);
+  int& most_tracked = live->most_tracked[static_cast<std::size_t>(tracking.reference)];
+  most_tracked = std::max(most_tracked, static_cast<int>(tracking.sights.size()));
+  result.state = TrackingState::kTracking;
+  result.source = tracking.source;
+  result.map_from_camera = tracking.world_from_camera;
+  result.reference_keyframe = tracking.reference;
+  result.reference_from_camera =
+      map.pose(tracking.reference).inverse() * tracking.world_from_camera;
+  result.num_matches = tracking.num_matches;
+  result.num_inliers = static_cast<int>(tracking.sights.size());
+  result.num_moving = count_moving_matches(map, observed, tracking);
+  const auto shared = std::make_shared<const ObservedFrame>(std::move(observed));
+  const Usual usual{most_tracked, live->history.is_odd_step(step_px)};
+  live->history.add(step_px);
+  live->sight_counts.add(map, tracking);
+  const bool as_keyframe = !job_runs && wants_keyframe(map, tracking, usual, options);
+  if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
+  PoseBlock covariance;
+  const bool known = frame_covariance(map, *shared, tracking, options.absolute_pose, covariance);
+  set_covariance(known, covariance, result);
+  live->log.add(result.time_us, tracking.reference, result.reference_from_camera);
+  if (!as_keyframe) return;
+  runner->start(make_job(shared, tracking));
+  job_runs = true;
+}
+
+}  // namespace eifmap
