@@ -1,7 +1,9 @@
 #include "sequence/decisions_file.h"
 
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <utility>
+
+#include "sequence/text_lines.h"
 
 namespace eifmap {
 namespace {
@@ -70,19 +72,16 @@ std::string line_of(const Decision& decision, std::int64_t server_epoch) {
 
 DecisionsFile read_decisions(const std::filesystem::path& file) {
   DecisionsFile read;
-  std::ifstream in(file);
-  if (!in) return {{}, file.string() + ": cannot be read"};
   Line before;
-  std::string text;
-  for (int number = 1; std::getline(in, text); ++number) {
-    if (text.empty()) continue;
+  read.problem = for_each_text(file, [&](const std::string& text) {
     Line line = read_line(text);
     if (line.problem.empty() && !read.decisions.empty()) line.problem = problem_after(before, line);
-    if (!line.problem.empty())
-      return {{}, file.string() + ":" + std::to_string(number) + ": " + line.problem};
+    if (!line.problem.empty()) return line.problem;
     read.decisions.push_back(line.decision);
     before = std::move(line);
-  }
+    return std::string();
+  });
+  if (!read.problem.empty()) return {{}, read.problem};
   if (read.decisions.empty()) return {{}, file.string() + ": has no decisions"};
   return read;
 }

@@ -1,7 +1,8 @@
 #include "sequence/file_text.h"
 
 #include <fstream>
-#include <iterator>
+#include <sstream>
+#include <utility>
 
 namespace eifmap {
 
@@ -10,9 +11,11 @@ std::optional<std::string> file_text(const std::filesystem::path& file) {
   std::error_code error;
   if (std::filesystem::is_directory(file, error)) return {};
   std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
   if (!in) return {};
-  return text;
+  std::ostringstream text;  // block by block; byte by byte takes a tenth of a PNG's time
+  text << in.rdbuf();
+  if (in.bad()) return {};
+  return std::move(text).str();
 }
 
 }  // namespace eifmap

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
+
+#include "sequence/file_text.h"
 
 namespace eifmap {
 namespace fs = std::filesystem;
@@ -65,14 +66,8 @@ bool natural_less(const std::string& a, const std::string& b) {
 
 FileBytes read_bytes(const fs::path& file) {
   FileBytes result;
-  std::error_code error;
-  const std::uintmax_t size = fs::file_size(file, error);
-  std::ifstream in(file, std::ios::binary);
-  if (!error && in) {
-    result.bytes.resize(size);
-    in.read(reinterpret_cast<char*>(result.bytes.data()), static_cast<std::streamsize>(size));
-    result.bytes.resize(static_cast<std::size_t>(in.gcount()));
-  }
+  const std::string text = file_text(file).value_or("");
+  result.bytes.assign(text.begin(), text.end());
   if (result.bytes.empty())
     result.problem = file.string() + ": cannot be read, or is empty; put the image there again";
   return result;

@@ -19,21 +19,28 @@ std::string add_time(std::int64_t time_us, const std::string& text,
 
 }  // namespace
 
-std::string for_each_line(
-    const std::filesystem::path& file,
-    const std::function<std::string(const std::vector<std::string>& words)>& take) {
+std::string for_each_text(const std::filesystem::path& file,
+                          const std::function<std::string(const std::string& line)>& take) {
   std::ifstream in(file);
   std::string text;
   std::error_code error;
   // A folder opens, too, and gives no line.
   if (!in || std::filesystem::is_directory(file, error)) return file.string() + ": cannot be read";
   for (int line = 1; std::getline(in, text); ++line) {
-    const auto words = split_words(text);
-    if (words.empty()) continue;
-    if (const std::string problem = take(words); !problem.empty())
+    if (text.empty()) continue;
+    if (const std::string problem = take(text); !problem.empty())
       return file.string() + " line " + std::to_string(line) + ": " + problem;
   }
   return "";
+}
+
+std::string for_each_line(
+    const std::filesystem::path& file,
+    const std::function<std::string(const std::vector<std::string>& words)>& take) {
+  return for_each_text(file, [&take](const std::string& line) {
+    const auto words = split_words(line);
+    return words.empty() ? std::string() : take(words);
+  });
 }
 
 std::string add_seconds(const std::string& word, std::vector<std::int64_t>& times_us) {

@@ -9,9 +9,12 @@
 
 namespace eifmap {
 
-// Calls take(words) for each line that has words (number_text.h) until it returns a problem.
-// Returns "", or that problem with the file's name and the line's number, or that the file cannot
-// be read.
+// Calls take(line) for each line that is not empty until it returns a problem. Returns "", or that
+// problem with the file's name and the line's number, or that the file cannot be read.
+std::string for_each_text(const std::filesystem::path& file,
+                          const std::function<std::string(const std::string& line)>& take);
+
+// The same with the words of each line that has any (number_text.h).
 std::string for_each_line(
     const std::filesystem::path& file,
     const std::function<std::string(const std::vector<std::string>& words)>& take);

@@ -113,7 +113,7 @@ TEST_F(LoggerTest, DecisionsAreThereForAReplay) {
   send("cam", ChannelKind::kDecision,
        encode(to_message(PublishedDecision{{6, "cam"}, {2000, 9, 20, 0, 0}})));
   const auto read = read_decisions(folder_.path() / "log" / "decisions.jsonl");
-  EXPECT_NE(read.problem.find("decisions.jsonl:21: another run of the server begins"),
+  EXPECT_NE(read.problem.find("decisions.jsonl line 21: another run of the server begins"),
             std::string::npos)
       << read.problem;
 }

@@ -71,7 +71,7 @@ TEST(DecisionsFile, BadLinesAreNamed) {
         with("\"adopted_job\":12", "\"adopted_job\":12,\"server_epoch\":null"),
         with("\"state_digest\":-1", "\"state_digest\":1e300")}) {
     const std::string problem = problem_of(folder, bad);
-    EXPECT_NE(problem.find("d.jsonl:2: is no decision"), std::string::npos) << bad << problem;
+    EXPECT_NE(problem.find("d.jsonl line 2: is no decision"), std::string::npos) << bad << problem;
   }
 }
 
@@ -79,10 +79,11 @@ TEST(DecisionsFile, IsOfOneRun) {
   const TemporaryFolder folder;
   for (const std::int64_t time : {100, 99, -1}) {
     const std::string problem = problem_of(folder, line_of({time, 0, 0, 0, 0}));
-    EXPECT_NE(problem.find("d.jsonl:2: its utime is not after"), std::string::npos) << problem;
+    EXPECT_NE(problem.find("d.jsonl line 2: its utime is not after"), std::string::npos) << problem;
   }
   const std::string problem = problem_of(folder, line_of(kDecisions[2], 43));
-  EXPECT_NE(problem.find("d.jsonl:2: another run of the server"), std::string::npos) << problem;
+  EXPECT_NE(problem.find("d.jsonl line 2: another run of the server"), std::string::npos)
+      << problem;
 }
 
 TEST(DecisionsFile, NoneIsAProblem) {
