@@ -186,7 +186,7 @@ TEST_F(ReplayTest, AnImageThatIsNoneDeparts) {
 TEST_F(ReplayTest, ABadFileIsAProblemBeforeTheWork) {
   SequenceRunOptions bad = options();
   bad.decisions = folder_.write("d.jsonl", "{}\n");
-  EXPECT_NE(replay(bad).find("d.jsonl:1: "), std::string::npos);
+  EXPECT_NE(replay(bad).find("d.jsonl line 1: "), std::string::npos);
 }
 
 // What the person at the terminal gets.
