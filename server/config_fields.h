@@ -151,6 +151,7 @@ template <OptionsOf<FilterOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("relinearize", o.relinearize);
   visit("relinearize_px", o.relinearize_px);
+  visit("relinearize_depth", o.relinearize_depth);
   visit("max_iterations", o.max_iterations);
   visit("judge_edges", o.judge_edges);
   visit("huber_sigma", o.huber_sigma);

@@ -61,6 +61,8 @@ std::string edge_problem(const EdgeOptions& o) {
 
 std::string filter_problem(const FilterOptions& o) {
   if (!(o.relinearize_px >= 0)) return say("filter.relinearize_px", o.relinearize_px, "0 or more");
+  if (!(o.relinearize_depth >= 0))
+    return say("filter.relinearize_depth", o.relinearize_depth, "0 or more");
   if (o.max_iterations < 1) return say("filter.max_iterations", o.max_iterations, "1 or more");
   if (!(o.huber_sigma > 0)) return say("filter.huber_sigma", o.huber_sigma, "above 0");
   if (!(o.gate_sigma > 1)) return say("filter.gate_sigma", o.gate_sigma, "above 1");

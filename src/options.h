@@ -97,14 +97,15 @@ struct EdgeOptions {
 // When a measurement's Jacobian is taken at the mean.
 enum class Relinearize {
   kOnce,       // when it enters, and never again: [WD10] (7) to the letter
-  kThreshold,  // again when its prediction moved by more than relinearize_px
+  kThreshold,  // again when its prediction moved by more than relinearize_px, or its depth
   kAlways,     // in every iteration: incremental bundle adjustment
 };
 
 struct FilterOptions {
   Relinearize relinearize = Relinearize::kThreshold;
   double relinearize_px = 0.02;  // at 0.1 a map stays one sigma too small: many small moves add up
-  int max_iterations = 5;        // of solve and relinearize, per keyframe
+  double relinearize_depth = 1e-3;  // share of its depth
+  int max_iterations = 5;           // of solve and relinearize, per keyframe
   // Edges' covariances grow as far as the map shows that they are too small. [WD10] trusts them.
   bool judge_edges = true;
   double huber_sigma = 2.0;  // whitened residual from which a sighting counts less

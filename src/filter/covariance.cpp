@@ -74,7 +74,7 @@ bool InformationFilter::covariances(const std::vector<int>& poses,
   std::sort(needed.begin(), needed.end());
   needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
   if (!std::all_of(needed.begin(), needed.end(), [this](int p) { return knows(p); })) return false;
-  const JointCovariance joint(needed, system_.matrix().size, cholesky_);
+  const JointCovariance joint(needed, system_.matrix().size(), cholesky_);
   const double factor = correlation_.variance_factor();
   for (int p : poses) of_poses.push_back(factor * joint.block(p, p));
   for (int l : landmarks) of_landmarks.push_back(factor * marginal(landmarks_[l], joint));
@@ -100,7 +100,7 @@ bool InformationFilter::landmark_covariance(int landmark, Eigen::Matrix3d& covar
 bool InformationFilter::propagate(const std::vector<PoseSensitivity>& sensitivities,
                                   PoseBlock& covariance) const {
   if (!cholesky_.has_factor()) return false;
-  Eigen::MatrixXd functions = Eigen::MatrixXd::Zero(system_.matrix().size * kPoseDof, kPoseDof);
+  Eigen::MatrixXd functions = Eigen::MatrixXd::Zero(system_.matrix().size() * kPoseDof, kPoseDof);
   for (const PoseSensitivity& s : sensitivities) {
     if (!knows(s.pose)) return false;
     if (s.pose > 0)

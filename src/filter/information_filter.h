@@ -7,7 +7,8 @@
 // letter, at zero it is incremental bundle adjustment.
 //
 // I is never formed whole: features meet poses only, so they are eliminated exactly (Schur
-// complement) and only the poses' matrix is factored.
+// complement) and only the poses' matrix is factored, of that only what a change reaches. What has
+// not moved is not looked at.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,6 +18,7 @@
 #include "filter/reduced_system.h"
 #include "filter/sight_correlation.h"
 #include "filter/sparse_cholesky.h"
+#include "geometry/projection.h"
 #include "geometry/rigid3.h"
 #include "options.h"
 #include "reason.h"
@@ -79,8 +81,7 @@ class InformationFilter {
   // Marginal covariances, in the gauge: the first pose is where it is by definition, and the first
   // baseline keeps its length along its first direction. Errors of a track's sights are not
   // independent, and that is allowed for (sight_correlation.h). As of the last successful update;
-  // false before it, in a copy of the filter too, or for what was added after it. One thread at a
-  // time.
+  // false before it, or for what was added after it.
   //
   // Of one pose (w, dc).
   bool pose_covariance(int pose, PoseBlock& covariance) const;
@@ -95,17 +96,29 @@ class InformationFilter {
                    std::vector<Eigen::Matrix3d>& of_landmarks) const;
 
  private:
+  // How far a sight may move before it is linearized again.
+  struct Holding {
+    double within = 0;    // normalized image coordinates
+    double of_depth = 0;  // share of its depth
+  };
+
   template <class Predicate>
-  void remove_measurements(FilterLandmark& landmark, Predicate predicate);
+  void remove_measurements(int landmark, Predicate predicate);
+  void touch(int landmark);
+  void touch_all();
   std::size_t linearize_moved();
-  bool solve(bool same_pattern, Eigen::VectorXd& delta_poses);
+  bool linearize_anew(PointMeasurement& m, const Projector& projector,
+                      const Eigen::Vector3d& position, const Holding& holds) const;
+  bool solve(Eigen::VectorXd& delta_poses);
   void apply(const Eigen::VectorXd& delta_poses);
+  void judge_edges();
   void linearize_edge(FilterEdge& edge) const;
   bool settle(FilterUpdate& update);
+  void undo(const std::vector<Rigid3>& poses, const std::vector<Eigen::Vector3d>& positions);
   bool knows(int pose) const {
-    return cholesky_.has_factor() && pose >= 0 && pose <= system_.matrix().size;
+    return cholesky_.has_factor() && pose >= 0 && pose <= system_.matrix().size();
   }
-  void drop_sights(double gate, FilterUpdate& update);
+  void drop_sights(const std::vector<int>& landmarks, double gate, FilterUpdate& update);
   bool drop_edges(FilterUpdate& update);
 
   FilterOptions options_;
@@ -113,12 +126,16 @@ class InformationFilter {
   std::vector<Rigid3> poses_;
   std::vector<FilterLandmark> landmarks_;
   std::vector<FilterEdge> edges_;
+  PoseIndex index_;
+  // Landmarks with another measurement, place or residual than when they were last linearized and
+  // summed; and since the update began. Nothing else need be looked at.
+  LandmarkSet touched_, touched_in_update_;
   double edge_variance_ = 1;  // what the edges' covariances are multiplied by
   ScaleGauge gauge_;          // of the first two poses, as they were at the first update
   bool has_gauge_ = false;
-  bool solved_ = false;           // `cholesky_` holds the factor of the last update's matrix
-  ReducedSystem system_;          // over all poses but the first
-  SparseCholesky cholesky_;       // of the last update's matrix; as new where that failed
+  ReducedSystem system_;     // over all poses but the first
+  SparseCholesky cholesky_;  // of the last update's matrix; as new where that failed
+  CorrelationSums correlation_sums_;
   SightCorrelation correlation_;  // as of the last update
 };
 

@@ -1,185 +1,221 @@
 #include "filter/reduced_system.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 namespace eifmap {
 namespace {
 
-int block_of(int pose) {
-  return pose - 1;
+const PointMeasurement& sight_from(const FilterLandmark& landmark, int pose) {
+  return *std::find_if(landmark.measurements.begin(), landmark.measurements.end(),
+                       [pose](const PointMeasurement& m) { return m.pose == pose; });
 }
 
-// Every pair of poses (b, a), b <= a, that meets in a landmark, as blocks.
-template <class Action>
-void for_each_pair(const FilterLandmark& landmark, Action action) {
-  const auto& measurements = landmark.measurements;
-  for (std::size_t k = 0; k < measurements.size(); ++k)
-    for (std::size_t l = 0; l <= k; ++l) {
-      const int b = block_of(std::min(measurements[k].pose, measurements[l].pose));
-      if (b >= 0) action(b, block_of(std::max(measurements[k].pose, measurements[l].pose)));
-    }
-}
-
-// What is left for the poses once the landmark is eliminated; its own step needs the same again.
-void add_right_side(const FilterLandmark& landmark, Eigen::VectorXd& right_side) {
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+// A landmark's step while its poses stand still: V^-1 b = R^-1 Q' r.
+Eigen::Vector3d step_alone(const FilterLandmark& landmark) {
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
   for (const PointMeasurement& m : landmark.measurements)
-    b.noalias() += m.d_landmark.transpose() * m.residual;
-  const Eigen::Vector3d step = landmark.v_inverse * b;
-  for (const PointMeasurement& m : landmark.measurements) {
-    const int a = block_of(m.pose);
-    if (a < 0) continue;
-    const Eigen::Vector2d left = m.residual - m.d_landmark * step;
-    right_side.segment<6>(6 * a).noalias() += m.d_pose.transpose() * left;
-  }
+    along.noalias() += m.q.transpose() * m.residual;
+  return landmark.r_inverse * along;
 }
 
 }  // namespace
 
-// A trace of damping keeps a feature whose rays are nearly parallel from making V singular, and is
-// far below any information that a sighting brings.
-Eigen::Matrix3d conditional_covariance(const FilterLandmark& landmark) {
-  Eigen::Matrix3d v = Eigen::Matrix3d::Zero();
-  for (const PointMeasurement& m : landmark.measurements)
-    v.noalias() += m.d_landmark.transpose() * m.d_landmark;
-  v.diagonal().array() += 1e-13 * v.trace();
-  if (!(v.trace() > 0)) return Eigen::Matrix3d::Zero();
-  return v.llt().solve(Eigen::Matrix3d::Identity());
+// By Gram-Schmidt, twice. A trace of damping keeps V from being singular, and is far below any
+// information that a sighting brings.
+void factor_landmark(FilterLandmark& landmark) {
+  const auto m = static_cast<Eigen::Index>(landmark.measurements.size());
+  thread_local Eigen::Matrix<double, Eigen::Dynamic, 3> q;
+  q.resize(2 * m + 3, 3);
+  for (Eigen::Index k = 0; k < m; ++k)
+    q.middleRows<2>(2 * k) = landmark.measurements[static_cast<std::size_t>(k)].d_landmark;
+  q.bottomRows<3>() =
+      1e-7 * std::sqrt(q.topRows(2 * m).squaredNorm()) * Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d r = Eigen::Matrix3d::Zero();
+  landmark.r_inverse.setZero();
+  for (int j = 0; j < 3; ++j) {
+    for (int pass = 0; pass < 2; ++pass)
+      for (int i = 0; i < j; ++i) {
+        const double along = q.col(i).dot(q.col(j));
+        q.col(j) -= along * q.col(i);
+        r(i, j) += along;
+      }
+    r(j, j) = q.col(j).norm();
+    if (r(j, j) > 0)
+      q.col(j) /= r(j, j);
+    else
+      q.setZero();
+  }
+  if ((r.diagonal().array() > 0).all())
+    landmark.r_inverse = r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
+  for (Eigen::Index k = 0; k < m; ++k)
+    landmark.measurements[static_cast<std::size_t>(k)].q = q.middleRows<2>(2 * k);
 }
 
-void ReducedSystem::mark(const FilterLandmark& landmark) {
-  for_each_pair(landmark, [this](int b, int a) {
-    if (a >= of_landmarks_.size) return;  // came and went between two sums
-    if (const int at = slot(b, a); at >= 0) stale_[static_cast<std::size_t>(at)] = 1;
-  });
+Eigen::Matrix3d conditional_covariance(const FilterLandmark& landmark) {
+  FilterLandmark now = landmark;
+  if (now.changed) factor_landmark(now);
+  return now.r_inverse * now.r_inverse.transpose();
+}
+
+void ReducedSystem::grow(int num_blocks) {
+  for (int a = matrix_.size(); a < num_blocks; ++a) {
+    matrix_.column.emplace_back();
+    matrix_.column.back().insert(a);
+    stale_.push_back({1});
+    stale_column_.push_back(1);
+    stale_side_.push_back(1);
+  }
+}
+
+// The block of two poses is to be summed again. What came and went between two sums is in no
+// column, and need not be.
+void ReducedSystem::mark(int pose, int other, bool may_insert) {
+  const int a = std::max(pose, other) - 1, b = std::min(pose, other) - 1;
+  if (b < 0 || a >= matrix_.size()) return;
+  BlockColumn& column = matrix_.column[a];
+  int at = column.find(b);
+  if (at < 0) {
+    if (!may_insert) return;
+    at = column.insert(b);
+    stale_[a].insert(stale_[a].begin() + at, 1);
+  }
+  stale_[a][at] = 1;
+  stale_column_[a] = 1;
+}
+
+void ReducedSystem::touch_right_side(int pose) {
+  if (pose > 0 && pose <= matrix_.size()) stale_side_[pose - 1] = 1;
+}
+
+void ReducedSystem::mark_pairs(const FilterLandmark& landmark, bool may_insert) {
+  const auto& measurements = landmark.measurements;
+  for (std::size_t k = 0; k < measurements.size(); ++k) {
+    touch_right_side(measurements[k].pose);
+    for (std::size_t l = 0; l <= k; ++l)
+      mark(measurements[k].pose, measurements[l].pose, may_insert);
+  }
+}
+
+void ReducedSystem::mark_blocks(const FilterEdge& edge, bool may_insert) {
+  mark(edge.i, edge.i, may_insert);
+  mark(edge.j, edge.j, may_insert);
+  mark(edge.i, edge.j, may_insert);
+  touch_right_side(edge.i);
+  touch_right_side(edge.j);
 }
 
 void ReducedSystem::before_removal(const FilterLandmark& landmark) {
-  mark(landmark);
+  mark_pairs(landmark, false);
 }
 
-void ReducedSystem::index_slots() {
-  const int n = of_landmarks_.size;
-  slot_start_.resize(static_cast<std::size_t>(n));
-  slots_.assign(static_cast<std::size_t>(n) * (static_cast<std::size_t>(n) + 1) / 2, -1);
-  std::size_t start = 0;
-  for (int a = 0; a < n; ++a) {
-    slot_start_[static_cast<std::size_t>(a)] = start;
-    for (int k = of_landmarks_.start[a]; k < of_landmarks_.start[a + 1]; ++k)
-      slots_[start + static_cast<std::size_t>(of_landmarks_.row[k])] = k;
-    start += static_cast<std::size_t>(a) + 1;
+void ReducedSystem::before_removal(const FilterEdge& edge) {
+  mark_blocks(edge, false);
+}
+
+void ReducedSystem::sum_column(int a, const std::vector<int>& seen,
+                               const std::vector<FilterLandmark>& landmarks) {
+  BlockColumn& column = matrix_.column[a];
+  slot_.assign(static_cast<std::size_t>(a) + 1, -1);
+  for (std::size_t k = 0; k < column.row.size(); ++k) {
+    if (!stale_[a][k]) continue;
+    slot_[column.row[k]] = static_cast<int>(k);
+    column.block[k].setZero();
+    column.changed[k] = 1;
+    ++num_blocks_summed_;
   }
-}
-
-// Which poses meet: those that share a feature or an edge. Blocks that were there and are not stale
-// keep their sum.
-void ReducedSystem::renew_pattern(int num_poses, const std::vector<FilterLandmark>& landmarks,
-                                  const std::vector<FilterEdge>& edges) {
-  const int n = num_poses - 1;
-  std::vector<std::vector<bool>> meets(static_cast<std::size_t>(n));
-  for (int a = 0; a < n; ++a) meets[a].resize(a + 1), meets[a][a] = true;
-  for (const FilterLandmark& landmark : landmarks)
-    for_each_pair(landmark, [&meets](int b, int a) { meets[a][b] = true; });
-  for (const FilterEdge& edge : edges)
-    if (const int b = block_of(std::min(edge.i, edge.j)); b >= 0)
-      meets[block_of(std::max(edge.i, edge.j))][b] = true;
-
-  BlockMatrix renewed;
-  std::vector<std::uint8_t> stale;
-  renewed.size = n;
-  renewed.start.push_back(0);
-  for (int a = 0; a < n; ++a) {
-    for (int b = 0; b <= a; ++b) {
-      if (!meets[a][b]) continue;
-      const int old = a < of_landmarks_.size ? slot(b, a) : -1;
-      renewed.row.push_back(b);
-      renewed.block.push_back(old < 0 ? PoseBlock::Zero() : of_landmarks_.block[old]);
-      stale.push_back(old < 0 ? 1 : stale_[static_cast<std::size_t>(old)]);
-    }
-    renewed.start.push_back(static_cast<int>(renewed.row.size()));
-  }
-  of_landmarks_ = std::move(renewed);
-  stale_ = std::move(stale);
-  index_slots();
-}
-
-void ReducedSystem::sum_blocks(const FilterLandmark& landmark) {
-  const auto& measurements = landmark.measurements;
-  thread_local std::vector<Eigen::Matrix<double, 6, 3>> w;
-  w.clear();
-  for (std::size_t k = 0; k < measurements.size(); ++k) {
-    const PointMeasurement& m = measurements[k];
-    const int a = block_of(m.pose);
-    if (a < 0) continue;
-    Eigen::Matrix<double, 6, 3> w_v;
-    bool has_w_v = false;
-    for (std::size_t l = 0; l < measurements.size(); ++l) {
-      const int b = block_of(measurements[l].pose);
-      if (b < 0 || b > a) continue;
-      const int at = slot(b, a);
-      if (!stale_[static_cast<std::size_t>(at)]) continue;
-      if (w.empty())
-        for (const PointMeasurement& each : measurements)
-          w.emplace_back(each.d_pose.transpose() * each.d_landmark);
-      if (!has_w_v) w_v.noalias() = w[k] * landmark.v_inverse;
-      has_w_v = true;
-      PoseBlock& block = of_landmarks_.block[at];
-      if (l == k) block.noalias() += m.d_pose.transpose() * m.d_pose;
-      block.noalias() -= w[l] * w_v.transpose();
+  for (int l : seen) {
+    const FilterLandmark& landmark = landmarks[l];
+    const PointMeasurement& own = sight_from(landmark, a + 1);
+    const Eigen::Matrix<double, 3, 6> q_d = own.q.transpose() * own.d_pose;
+    for (const PointMeasurement& m : landmark.measurements) {
+      const int b = m.pose - 1;
+      if (b < 0 || b > a || slot_[b] < 0) continue;
+      Eigen::Matrix<double, 2, 6> part = -(m.q * q_d);
+      if (b == a) part += own.d_pose;
+      column.block[slot_[b]].noalias() += m.d_pose.transpose() * part;
     }
   }
+}
+
+// What is left for the pose once the landmarks are eliminated.
+void ReducedSystem::sum_right_side(int a, const std::vector<int>& seen,
+                                   const std::vector<FilterLandmark>& landmarks) {
+  Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+  for (int l : seen) {
+    const PointMeasurement& m = sight_from(landmarks[l], a + 1);
+    const Eigen::Vector2d left = m.residual - m.d_landmark * landmarks[l].step;
+    sum.noalias() += m.d_pose.transpose() * left;
+  }
+  right_side_.segment<6>(6 * a) = sum;
+}
+
+void ReducedSystem::add_to_block(int i, int j, const PoseBlock& part) {
+  const int a = std::max(i, j) - 1, b = std::min(i, j) - 1;
+  if (b < 0 || !stale_column_[a]) return;
+  const int at = matrix_.column[a].find(b);
+  if (stale_[a][at]) matrix_.column[a].block[at] += part;
 }
 
 void ReducedSystem::add_edge(const FilterEdge& edge) {
-  const int i = block_of(edge.i), j = block_of(edge.j);
   const RelativePoseLinearization& lin = edge.linearization;
-  if (i >= 0) {
-    matrix_.block[slot(i, i)].noalias() += lin.d_i.transpose() * lin.d_i;
-    right_side_.segment<6>(6 * i).noalias() += lin.d_i.transpose() * lin.residual;
-  }
-  if (j >= 0) {
-    matrix_.block[slot(j, j)].noalias() += lin.d_j.transpose() * lin.d_j;
-    right_side_.segment<6>(6 * j).noalias() += lin.d_j.transpose() * lin.residual;
-  }
-  if (i < 0 || j < 0) return;
-  if (i < j)
-    matrix_.block[slot(i, j)].noalias() += lin.d_i.transpose() * lin.d_j;
+  add_to_block(edge.i, edge.i, lin.d_i.transpose() * lin.d_i);
+  add_to_block(edge.j, edge.j, lin.d_j.transpose() * lin.d_j);
+  if (edge.i < edge.j)
+    add_to_block(edge.i, edge.j, lin.d_i.transpose() * lin.d_j);
   else
-    matrix_.block[slot(j, i)].noalias() += lin.d_j.transpose() * lin.d_i;
+    add_to_block(edge.i, edge.j, lin.d_j.transpose() * lin.d_i);
+  if (edge.i > 0 && stale_side_[edge.i - 1])
+    right_side_.segment<6>(6 * (edge.i - 1)).noalias() += lin.d_i.transpose() * lin.residual;
+  if (edge.j > 0 && stale_side_[edge.j - 1])
+    right_side_.segment<6>(6 * (edge.j - 1)).noalias() += lin.d_j.transpose() * lin.residual;
 }
 
-void ReducedSystem::sum(int num_poses, std::vector<FilterLandmark>& landmarks,
-                        const std::vector<FilterEdge>& edges, bool same_pattern) {
-  if (!same_pattern) renew_pattern(num_poses, landmarks, edges);
-  for (FilterLandmark& landmark : landmarks) {
-    if (!landmark.changed) continue;
-    mark(landmark);
-    landmark.v_inverse = conditional_covariance(landmark);
-    landmark.changed = false;
+void ReducedSystem::add_gauge(const Eigen::Vector3d& baseline) {
+  if (matrix_.size() == 0 || !(gauge_.length > 0)) return;
+  const Eigen::Vector3d& u = gauge_.direction;
+  if (stale_[0][0]) {
+    auto centre = matrix_.column[0].block[0].bottomRightCorner<3, 3>();
+    gauge_weight_ = 1e6 * centre.trace();
+    centre.noalias() += gauge_weight_ * u * u.transpose();
+  }
+  if (stale_side_[0])
+    right_side_.segment<3>(3) += gauge_weight_ * (gauge_.length - u.dot(baseline)) * u;
+}
+
+void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& landmarks,
+                        const std::vector<int>& touched, std::vector<FilterEdge>& edges,
+                        const Eigen::Vector3d& baseline) {
+  const int n = index.num_poses() - 1;
+  grow(n);
+  for (int l : touched) {
+    FilterLandmark& landmark = landmarks[l];
+    if (landmark.changed) {
+      mark_pairs(landmark, true);
+      factor_landmark(landmark);
+      landmark.changed = false;
+    }
+    landmark.step = step_alone(landmark);
+    for (const PointMeasurement& m : landmark.measurements) touch_right_side(m.pose);
+  }
+  for (FilterEdge& edge : edges) {
+    if (edge.changed) mark_blocks(edge, true);
+    if (edge.moved) touch_right_side(edge.i), touch_right_side(edge.j);
+    edge.changed = edge.moved = false;
   }
   num_blocks_summed_ = 0;
-  for (std::size_t k = 0; k < stale_.size(); ++k) {
-    if (!stale_[k]) continue;
-    of_landmarks_.block[k].setZero();
-    ++num_blocks_summed_;
+  right_side_.conservativeResize(n * kPoseDof);
+  for (int a = 0; a < n; ++a) {
+    std::fill(matrix_.column[a].changed.begin(), matrix_.column[a].changed.end(), 0);
+    if (stale_column_[a]) sum_column(a, index.landmarks(a + 1), landmarks);
+    if (stale_side_[a]) sum_right_side(a, index.landmarks(a + 1), landmarks);
   }
-  right_side_.setZero(of_landmarks_.size * kPoseDof);
-  for (const FilterLandmark& landmark : landmarks) {
-    sum_blocks(landmark);
-    add_right_side(landmark, right_side_);
-  }
-  std::fill(stale_.begin(), stale_.end(), std::uint8_t{0});
-  matrix_ = of_landmarks_;
   for (const FilterEdge& edge : edges) add_edge(edge);
-}
-
-void ReducedSystem::add_scale_gauge(const ScaleGauge& gauge, const Eigen::Vector3d& baseline) {
-  const Eigen::Vector3d& u = gauge.direction;
-  PoseBlock& block = matrix_.block[slot(0, 0)];
-  const double weight = 1e6 * block.bottomRightCorner<3, 3>().trace();
-  block.bottomRightCorner<3, 3>().noalias() += weight * u * u.transpose();
-  right_side_.segment<3>(3) += weight * (gauge.length - u.dot(baseline)) * u;
+  add_gauge(baseline);
+  for (int a = 0; a < n; ++a)
+    if (stale_column_[a]) std::fill(stale_[a].begin(), stale_[a].end(), 0);
+  std::fill(stale_column_.begin(), stale_column_.end(), 0);
+  std::fill(stale_side_.begin(), stale_side_.end(), 0);
 }
 
 }  // namespace eifmap

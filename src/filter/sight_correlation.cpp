@@ -13,39 +13,48 @@ constexpr double kLargest = 0.9;
 constexpr double kUsual = 0.6, kUsualCount = 300;
 
 // Whitened residuals in the order of the keyframes.
-void residuals_of(const FilterLandmark& landmark, const std::vector<Projector>& projectors,
-                  std::vector<std::pair<int, Eigen::Vector2d>>& residuals) {
-  residuals.clear();
+std::vector<Eigen::Vector2d> residuals_of(const FilterLandmark& landmark,
+                                          const std::vector<Rigid3>& poses) {
+  std::vector<std::pair<int, Eigen::Vector2d>> with_pose;
   for (const PointMeasurement& m : landmark.measurements) {
     Eigen::Vector2d predicted;
-    if (projectors[static_cast<std::size_t>(m.pose)](landmark.position, predicted))
-      residuals.emplace_back(m.pose, (m.x - predicted) / m.sigma);
+    if (project(poses[static_cast<std::size_t>(m.pose)], landmark.position, predicted))
+      with_pose.emplace_back(m.pose, (m.x - predicted) / m.sigma);
   }
-  std::sort(residuals.begin(), residuals.end(),
+  std::sort(with_pose.begin(), with_pose.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Eigen::Vector2d> residuals;
+  for (const auto& [pose, residual] : with_pose) residuals.push_back(residual);
+  return residuals;
 }
 
 }  // namespace
 
-SightCorrelation measure_correlation(const std::vector<FilterLandmark>& landmarks,
-                                     const std::vector<Rigid3>& poses) {
-  std::vector<Projector> projectors;
-  projectors.reserve(poses.size());
-  for (const Rigid3& pose : poses) projectors.emplace_back(pose);
+void CorrelationSums::set(int landmark, const FilterLandmark& of,
+                          const std::vector<Rigid3>& poses) {
+  const auto at = static_cast<std::size_t>(landmark);
+  if (at >= tracks_.size()) tracks_.resize(at + 1);
+  tracks_[at] = {};
+  if (of.measurements.size() < kShortest) return;
+  const std::vector<Eigen::Vector2d> r = residuals_of(of, poses);
+  if (r.size() < kShortest) return;
+  OfTrack& track = tracks_[at];
+  track.sights = static_cast<double>(r.size());
+  track.pairs = track.sights - 1;
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    track.squares += r[k].squaredNorm();
+    if (k > 0) track.products += r[k].dot(r[k - 1]);
+  }
+}
+
+SightCorrelation CorrelationSums::correlation() const {
   double sights = 0, pairs = 0, squares = 0, products = 0, lengths = 0;
-  std::vector<std::pair<int, Eigen::Vector2d>> r;
-  for (const FilterLandmark& landmark : landmarks) {
-    if (landmark.measurements.size() < kShortest) continue;
-    residuals_of(landmark, projectors, r);
-    if (r.size() < kShortest) continue;
-    lengths += static_cast<double>(r.size() * r.size());
-    for (std::size_t k = 0; k < r.size(); ++k) {
-      ++sights;
-      squares += r[k].second.squaredNorm();
-      if (k == 0) continue;
-      ++pairs;
-      products += r[k].second.dot(r[k - 1].second);
-    }
+  for (const OfTrack& track : tracks_) {
+    sights += track.sights;
+    pairs += track.pairs;
+    squares += track.squares;
+    products += track.products;
+    lengths += track.sights * track.sights;
   }
   if (!(squares > 0)) return {kUsual};
   // The point took the mean of its track's errors with it, which lowers the autocorrelation of what

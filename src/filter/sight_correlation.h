@@ -19,9 +19,19 @@ struct SightCorrelation {
   double variance_factor() const { return (1 + rho) / (1 - rho); }
 };
 
-// From the residuals left at the mean of tracks of six sights and more, the estimate's own pull on
-// them allowed for. With few such tracks, mostly what is usual.
-SightCorrelation measure_correlation(const std::vector<FilterLandmark>& landmarks,
-                                     const std::vector<Rigid3>& poses);
+// Its estimate: from the residuals left at the mean of tracks of six sights and more, the
+// estimate's own pull on them allowed for. With few such tracks, mostly what is usual.
+class CorrelationSums {
+ public:
+  // What the landmark's sights say now, in place of what they said.
+  void set(int landmark, const FilterLandmark& of, const std::vector<Rigid3>& poses);
+  SightCorrelation correlation() const;
+
+ private:
+  struct OfTrack {
+    double sights = 0, pairs = 0, squares = 0, products = 0;
+  };
+  std::vector<OfTrack> tracks_;  // by landmark; zero where there are too few sights
+};
 
 }  // namespace eifmap

@@ -1,165 +1,262 @@
 #include "filter/sparse_cholesky.h"
 
-#include <cholmod.h>
 #include <dlfcn.h>
 
 #include <algorithm>
-#include <cstring>
 #include <stdexcept>
+
+#include "filter/elimination_order.h"
+
+// BLAS and LAPACK, of the Fortran kind.
+extern "C" {
+void dgemm_(const char* transa, const char* transb, const int* m, const int* n, const int* k,
+            const double* alpha, const double* a, const int* lda, const double* b, const int* ldb,
+            const double* beta, double* c, const int* ldc);
+void dtrsm_(const char* side, const char* uplo, const char* transa, const char* diag, const int* m,
+            const int* n, const double* alpha, const double* a, const int* lda, double* b,
+            const int* ldb);
+void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+}
 
 namespace eifmap {
 namespace {
 
-// CHOLMOD's supernodal module calls BLAS. A threaded OpenBLAS would sum in an order that depends on
-// the number of cores, so it is held to one thread, whichever flavour the system has chosen.
-void pin_blas_to_one_thread() {
-  using SetThreads = void (*)(int);
-  if (auto* set = reinterpret_cast<SetThreads>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads")))
-    set(1);
-}
+// Poses whose measurements may still come or change; they are eliminated last.
+constexpr int kRecent = 25;
+// The order is sought again when the elimination costs so many times what growth explains.
+constexpr double kCostlier = 1.4;
 
-// And it asks OpenMP for four threads for loops that are over before those are awake: a tenth of
-// the mapping's CPU time. OpenMP keeps the limit by thread.
-void keep_this_thread_from_forking() {
-  using SetLevels = void (*)(int);
-  thread_local const bool once = [] {
-    if (auto* set = reinterpret_cast<SetLevels>(dlsym(RTLD_DEFAULT, "omp_set_max_active_levels")))
-      set(0);
+// A threaded OpenBLAS would sum in an order that depends on the number of cores, so it is held to
+// one thread, whichever flavour the system has chosen.
+void pin_blas_to_one_thread() {
+  static const bool once = [] {
+    using SetThreads = void (*)(int);
+    if (auto* set = reinterpret_cast<SetThreads>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads")))
+      set(1);
     return true;
   }();
   static_cast<void>(once);
 }
 
-}  // namespace
-
-void BlockMatrix::set_zero() {
-  for (PoseBlock& b : block) b.setZero();
-}
-
-PoseBlock& BlockMatrix::at(int b, int a) {
-  const auto first = row.begin() + start[a], last = row.begin() + start[a + 1];
-  return block[std::lower_bound(first, last, b) - row.begin()];
-}
-
-struct SparseCholesky::Cholmod {
-  cholmod_common common;
-  cholmod_factor* factor = nullptr;
-  cholmod_sparse* matrix = nullptr;
-
-  Cholmod() {
-    pin_blas_to_one_thread();
-    cholmod_start(&common);
-    common.print = 0;  // a library never prints
-    common.quick_return_if_not_posdef = 1;
-    common.nmethods = 1;
-    common.method[0].ordering = CHOLMOD_AMD;
-#if EIFMAP_GPL
-    common.supernodal = CHOLMOD_AUTO;
-#else
-    common.supernodal = CHOLMOD_SIMPLICIAL;
-#endif
-    common.final_ll = 1;  // LL', which an indefinite matrix does not pass; LDL' it would
-  }
-  Cholmod(const Cholmod&) = delete;
-  Cholmod& operator=(const Cholmod&) = delete;
-  ~Cholmod() {
-    cholmod_free_factor(&factor, &common);
-    cholmod_free_sparse(&matrix, &common);
-    cholmod_finish(&common);
+// For each node the ones before it whose next rows are its columns, as chains.
+class Waiting {
+ public:
+  explicit Waiting(std::size_t num_nodes)
+      : first_(num_nodes, -1), next_(num_nodes, -1), reached_(num_nodes, 0) {}
+  int first(std::size_t node) const { return first_[node]; }
+  int next(int waiting) const { return next_[waiting]; }
+  int reached(int waiting) const { return reached_[waiting]; }  // its first row not used yet
+  void wait(int waiting, int node, int reached) {
+    reached_[waiting] = reached;
+    next_[waiting] = first_[node];
+    first_[node] = waiting;
   }
 
-  // Only the upper triangle of the diagonal blocks is stored.
-  void allocate(const BlockMatrix& m) {
-    cholmod_free_sparse(&matrix, &common);
-    std::size_t entries = 0;
-    for (int a = 0; a < m.size; ++a) {
-      const std::size_t off_diagonal = m.start[a + 1] - m.start[a] - 1;
-      entries += off_diagonal * kPoseDof * kPoseDof + kPoseDof * (kPoseDof + 1) / 2;
-    }
-    const std::size_t n = static_cast<std::size_t>(m.size) * kPoseDof;
-    matrix = cholmod_allocate_sparse(n, n, entries, 1, 1, 1, CHOLMOD_REAL, &common);
-  }
-
-  void copy(const BlockMatrix& m) {
-    auto* column_start = static_cast<int*>(matrix->p);
-    auto* row = static_cast<int*>(matrix->i);
-    auto* value = static_cast<double*>(matrix->x);
-    int next = 0;
-    for (int a = 0; a < m.size; ++a) {
-      for (int c = 0; c < kPoseDof; ++c) {
-        column_start[a * kPoseDof + c] = next;
-        for (int k = m.start[a]; k < m.start[a + 1]; ++k) {
-          const int rows = m.row[k] == a ? c + 1 : kPoseDof;
-          for (int r = 0; r < rows; ++r) {
-            row[next] = m.row[k] * kPoseDof + r;
-            value[next++] = m.block[k](r, c);
-          }
-        }
-      }
-    }
-    column_start[m.size * kPoseDof] = next;
-  }
-
-  Eigen::MatrixXd solve(int system, const Eigen::MatrixXd& b);
+ private:
+  std::vector<int> first_, next_, reached_;
 };
 
-SparseCholesky::SparseCholesky() : cholmod_(std::make_unique<Cholmod>()) {}
-SparseCholesky::~SparseCholesky() = default;
-SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
-SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
-SparseCholesky::SparseCholesky(const SparseCholesky&) : SparseCholesky() {}
-SparseCholesky& SparseCholesky::operator=(const SparseCholesky& other) {
-  if (this != &other) *this = SparseCholesky();
-  return *this;
-}
+using Panel = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
-bool SparseCholesky::has_factor() const {
-  const cholmod_factor* f = cholmod_->factor;
-  return f != nullptr && f->xtype != CHOLMOD_PATTERN && f->minor == f->n;
-}
+}  // namespace
 
-bool SparseCholesky::factor(const BlockMatrix& matrix, bool same_pattern) {
-  keep_this_thread_from_forking();
-  Cholmod& c = *cholmod_;
-  const bool reuse = same_pattern && c.factor != nullptr && c.matrix != nullptr &&
-                     c.matrix->ncol == static_cast<std::size_t>(matrix.size) * kPoseDof;
-  if (!reuse) c.allocate(matrix);
-  if (c.matrix == nullptr) return false;
-  c.copy(matrix);
-  if (!reuse) {
-    cholmod_free_factor(&c.factor, &c.common);
-    c.factor = cholmod_analyze(c.matrix, &c.common);
+void SparseCholesky::renew_tree(const BlockMatrix& matrix) {
+  was_ordered_ = false;
+  if (tree_.size() == matrix.size() && num_blocks_ == matrix.num_blocks()) return;
+  num_blocks_ = matrix.num_blocks();
+  tree_.renew(matrix);
+  const double growth = size_then_ == 0 ? 0 : static_cast<double>(tree_.size()) / size_then_;
+  if (tree_.size() > kRecent && tree_.cost() > kCostlier * growth * cost_then_) {
+    std::vector<int> order = elimination_order(matrix, kRecent);
+    tree_.set_order(std::move(order));
+    tree_.renew(matrix);
+    cost_then_ = tree_.cost();
+    size_then_ = tree_.size();
+    was_ordered_ = true;
   }
-  if (c.factor == nullptr) return false;
-  cholmod_factorize(c.matrix, c.factor, &c.common);
-  return c.common.status == CHOLMOD_OK && has_factor();
 }
 
-Eigen::MatrixXd SparseCholesky::Cholmod::solve(int system, const Eigen::MatrixXd& b) {
-  if (factor == nullptr || factor->n != static_cast<std::size_t>(b.rows()))
+bool SparseCholesky::may_stay(const Node& node, const BlockMatrix& matrix) const {
+  if (node.rows != tree_.structure(node.last)) return false;
+  for (int p = node.first; p <= node.last; ++p)
+    for (const auto* e = tree_.entries_begin(p); e != tree_.entries_end(p); ++e)
+      if (matrix.column[e->column].changed[e->index]) return false;
+  return true;
+}
+
+void SparseCholesky::assemble(Node& node, const BlockMatrix& matrix) {
+  const int height = node.height();
+  node.panel.assign(static_cast<std::size_t>(height) * node.columns() * kPoseDof, 0);
+  for (int p = node.first; p <= node.last; ++p) place_[p] = (p - node.first) * kPoseDof;
+  for (std::size_t r = 0; r < node.rows.size(); ++r)
+    place_[node.rows[r]] = (node.columns() + static_cast<int>(r)) * kPoseDof;
+  Eigen::Map<Eigen::MatrixXd> panel(node.panel.data(), height, node.columns() * kPoseDof);
+  for (int p = node.first; p <= node.last; ++p) {
+    for (const auto* e = tree_.entries_begin(p); e != tree_.entries_end(p); ++e) {
+      const PoseBlock& block = matrix.column[e->column].block[e->index];
+      auto into = panel.block<kPoseDof, kPoseDof>(place_[e->row], (p - node.first) * kPoseDof);
+      if (e->transposed)
+        into = block.transpose();
+      else
+        into = block;
+    }
+  }
+}
+
+// What the descendant's rows from `from`, of which those before `to` are the node's columns, take
+// off the node's panel.
+void SparseCholesky::take_off(const Node& descendant, int from, int to, Node& node) {
+  const int lda = descendant.height(), k = descendant.columns() * kPoseDof;
+  const int below = static_cast<int>(descendant.rows.size()) - from;
+  const int m = below * kPoseDof, n = (to - from) * kPoseDof;
+  const double* a = descendant.panel.data() + (descendant.columns() + from) * kPoseDof;
+  product_.resize(std::max(product_.size(), static_cast<std::size_t>(m) * n));
+  const double one = 1, zero = 0;
+  dgemm_("N", "T", &m, &n, &k, &one, a, &lda, a, &lda, &zero, product_.data(), &m);
+  const int height = node.height();
+  for (int c = 0; c < to - from; ++c) {
+    const int column = (descendant.rows[from + c] - node.first) * kPoseDof;
+    for (int x = 0; x < kPoseDof; ++x) {
+      const double* product = product_.data() + static_cast<std::size_t>(c * kPoseDof + x) * m;
+      double* panel = node.panel.data() + static_cast<std::size_t>(column + x) * height;
+      for (int r = c; r < below; ++r) {
+        double* into = panel + place_[descendant.rows[from + r]];
+        for (int y = 0; y < kPoseDof; ++y) into[y] -= product[r * kPoseDof + y];
+      }
+    }
+  }
+}
+
+bool SparseCholesky::factor_panel(Node& node) {
+  const int columns = node.columns() * kPoseDof, height = node.height();
+  const int below = height - columns;
+  int info = 0;
+  dpotrf_("L", &columns, node.panel.data(), &height, &info);
+  if (info != 0) return false;
+  const double one = 1;
+  if (below > 0)
+    dtrsm_("R", "L", "T", "N", &below, &columns, &one, node.panel.data(), &height,
+           node.panel.data() + columns, &height);
+  return true;
+}
+
+bool SparseCholesky::factor(const BlockMatrix& matrix) {
+  pin_blas_to_one_thread();
+  renew_tree(matrix);
+  const std::vector<std::shared_ptr<const Node>> before = std::move(nodes_);
+  nodes_.clear();
+  num_factored_ = 0;
+  const std::vector<Supernode>& supernodes = tree_.supernodes();
+  std::vector<int> node_of(static_cast<std::size_t>(tree_.size()));
+  for (std::size_t s = 0; s < supernodes.size(); ++s)
+    for (int p = supernodes[s].first; p <= supernodes[s].last; ++p)
+      node_of[p] = static_cast<int>(s);
+  place_.resize(static_cast<std::size_t>(tree_.size()));
+  Waiting waiting(supernodes.size());
+  std::vector<std::uint8_t> fresh(supernodes.size(), 0);
+  auto old = was_ordered_ ? before.end() : before.begin();
+  for (std::size_t s = 0; s < supernodes.size(); ++s) {
+    while (old != before.end() && (*old)->first < supernodes[s].first) ++old;
+    bool stays = old != before.end() && (*old)->first == supernodes[s].first &&
+                 (*old)->last == supernodes[s].last && may_stay(**old, matrix);
+    for (int d = waiting.first(s); stays && d >= 0; d = waiting.next(d)) stays = !fresh[d];
+    std::shared_ptr<Node> node;
+    if (!stays) {
+      fresh[s] = 1;
+      ++num_factored_;
+      node = std::make_shared<Node>();
+      node->first = supernodes[s].first;
+      node->last = supernodes[s].last;
+      node->rows = tree_.structure(node->last);
+      assemble(*node, matrix);
+    }
+    for (int d = waiting.first(s); d >= 0;) {
+      const int following = waiting.next(d);
+      const std::vector<int>& rows = nodes_[d]->rows;
+      const int from = waiting.reached(d);
+      const auto beyond = std::upper_bound(rows.begin() + from, rows.end(), supernodes[s].last);
+      const int to = static_cast<int>(beyond - rows.begin());
+      if (node) take_off(*nodes_[d], from, to, *node);
+      if (beyond != rows.end()) waiting.wait(d, node_of[*beyond], to);
+      d = following;
+    }
+    if (node && !factor_panel(*node)) {
+      nodes_.clear();
+      return false;
+    }
+    nodes_.push_back(node ? std::move(node) : *old);
+    const std::vector<int>& rows = nodes_.back()->rows;
+    if (!rows.empty()) waiting.wait(static_cast<int>(s), node_of[rows.front()], 0);
+  }
+  return true;
+}
+
+Eigen::MatrixXd SparseCholesky::permuted(const Eigen::MatrixXd& b) const {
+  if (!has_factor() || b.rows() != static_cast<Eigen::Index>(tree_.size()) * kPoseDof)
     throw std::invalid_argument("SparseCholesky: nothing of this size was factored");
-  cholmod_dense right{};
-  right.nrow = b.rows();
-  right.ncol = b.cols();
-  right.nzmax = b.size();
-  right.d = b.rows();
-  right.x = const_cast<double*>(b.data());
-  right.xtype = CHOLMOD_REAL;
-  right.dtype = CHOLMOD_DOUBLE;
-  cholmod_dense* solution = cholmod_solve(system, factor, &right, &common);
-  if (solution == nullptr) throw std::runtime_error("SparseCholesky: out of memory");
   Eigen::MatrixXd x(b.rows(), b.cols());
-  std::memcpy(x.data(), solution->x, sizeof(double) * x.size());
-  cholmod_free_dense(&solution, &common);
+  for (int p = 0; p < tree_.size(); ++p)
+    x.middleRows<kPoseDof>(p * kPoseDof) = b.middleRows<kPoseDof>(tree_.pose(p) * kPoseDof);
+  return x;
+}
+
+// Nodes in whose rows there are only zeros so far are passed over: a few poses' columns reach the
+// root by a short way.
+void SparseCholesky::solve_lower(Eigen::MatrixXd& x) const {
+  Eigen::MatrixXd below;
+  for (const auto& at : nodes_) {
+    const Node& node = *at;
+    const int columns = node.columns() * kPoseDof, height = node.height();
+    auto top = x.middleRows(node.first * kPoseDof, columns);
+    if ((top.array() == 0).all()) continue;
+    const Panel panel(node.panel.data(), height, columns, Eigen::OuterStride<>(height));
+    panel.topRows(columns).triangularView<Eigen::Lower>().solveInPlace(top);
+    if (node.rows.empty()) continue;
+    below.noalias() = panel.bottomRows(height - columns) * top;
+    for (std::size_t r = 0; r < node.rows.size(); ++r)
+      x.middleRows<kPoseDof>(node.rows[r] * kPoseDof) -=
+          below.middleRows<kPoseDof>(static_cast<Eigen::Index>(r) * kPoseDof);
+  }
+}
+
+void SparseCholesky::solve_upper(Eigen::MatrixXd& x) const {
+  Eigen::MatrixXd below;
+  for (auto at = nodes_.rbegin(); at != nodes_.rend(); ++at) {
+    const Node* node = at->get();
+    const int columns = node->columns() * kPoseDof, height = node->height();
+    const Panel panel(node->panel.data(), height, columns, Eigen::OuterStride<>(height));
+    auto top = x.middleRows(node->first * kPoseDof, columns);
+    if (!node->rows.empty()) {
+      below.resize(height - columns, x.cols());
+      for (std::size_t r = 0; r < node->rows.size(); ++r)
+        below.middleRows<kPoseDof>(static_cast<Eigen::Index>(r) * kPoseDof) =
+            x.middleRows<kPoseDof>(node->rows[r] * kPoseDof);
+      top.noalias() -= panel.bottomRows(height - columns).transpose() * below;
+    }
+    panel.topRows(columns).triangularView<Eigen::Lower>().transpose().solveInPlace(top);
+  }
+}
+
+Eigen::MatrixXd SparseCholesky::whiten(const Eigen::MatrixXd& b) const {
+  Eigen::MatrixXd x = permuted(b);
+  solve_lower(x);
   return x;
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) const {
-  return cholmod_->solve(CHOLMOD_A, b);
+  Eigen::MatrixXd x = permuted(b);
+  solve_lower(x);
+  solve_upper(x);
+  Eigen::MatrixXd result(x.rows(), x.cols());
+  for (int p = 0; p < tree_.size(); ++p)
+    result.middleRows<kPoseDof>(tree_.pose(p) * kPoseDof) = x.middleRows<kPoseDof>(p * kPoseDof);
+  return result;
 }
 
-Eigen::MatrixXd SparseCholesky::whiten(const Eigen::MatrixXd& b) const {
-  return cholmod_->solve(CHOLMOD_L, cholmod_->solve(CHOLMOD_P, b));
+std::size_t SparseCholesky::bytes() const {
+  std::size_t sum = 0;
+  for (const auto& node : nodes_) sum += node->panel.size() * sizeof(double);
+  return sum;
 }
 
 }  // namespace eifmap

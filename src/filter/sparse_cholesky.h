@@ -1,55 +1,66 @@
-// Cholesky factorization of a sparse symmetric matrix of 6x6 blocks. The only file that knows
-// CHOLMOD.
+// Cholesky factorization of a sparse symmetric matrix of 6x6 blocks, made anew only where it must
+// be: a supernodal left-looking factorization (E. Ng and B. Peyton, SIAM J. Sci. Comput. 14, 1993)
+// that keeps the panels that no change reaches. To the bit what factoring all of it gives. Copies
+// share what they do not change.
 #pragma once
 
 #include <Eigen/Core>
 #include <memory>
 #include <vector>
 
+#include "filter/block_matrix.h"
+#include "filter/elimination_tree.h"
+
 namespace eifmap {
-
-inline constexpr int kPoseDof = 6;
-using PoseBlock = Eigen::Matrix<double, kPoseDof, kPoseDof>;
-
-// The upper triangle, in block columns: column a holds the blocks (b, a) with b <= a, rows
-// ascending, the diagonal block last.
-struct BlockMatrix {
-  int size = 0;            // block rows = block columns
-  std::vector<int> start;  // size + 1: blocks of column a are [start[a], start[a + 1])
-  std::vector<int> row;    // block row of each block
-  std::vector<PoseBlock> block;
-
-  void set_zero();
-  // The block (b, a), b <= a; it must be in the pattern.
-  PoseBlock& at(int b, int a);
-};
 
 class SparseCholesky {
  public:
-  SparseCholesky();
-  ~SparseCholesky();
-  SparseCholesky(SparseCholesky&&) noexcept;
-  SparseCholesky& operator=(SparseCholesky&&) noexcept;
-  // A copy has no factor: it is as new.
-  SparseCholesky(const SparseCholesky&);
-  SparseCholesky& operator=(const SparseCholesky&);
+  // False when the matrix is not positive definite; there is no factor then. Blocks that are not
+  // marked as changed must be as in the last call. The matrix may have grown by columns and blocks.
+  bool factor(const BlockMatrix& matrix);
+  bool has_factor() const { return !nodes_.empty(); }
 
-  // False when the matrix is not positive definite. `same_pattern`: the pattern is that of the last
-  // call, and its symbolic analysis is used again.
-  bool factor(const BlockMatrix& matrix, bool same_pattern);
-  bool has_factor() const;
-
-  // x with matrix x = b, one column of b at a time; needs a successful factor() before. These two
-  // are for one thread at a time.
+  // x with matrix x = b, one column of b at a time; needs a successful factor() before.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;
 
   // y = L^-1 P b of matrix = P' L L' P: y'y = b' matrix^-1 b, the covariance of the linear
   // functions of x that are b's columns.
   Eigen::MatrixXd whiten(const Eigen::MatrixXd& b) const;
 
+  // Of the last factor(): supernodes, and those that were factored again.
+  int num_nodes() const { return static_cast<int>(nodes_.size()); }
+  int num_factored() const { return num_factored_; }
+  bool was_ordered() const { return was_ordered_; }
+  std::size_t bytes() const;  // of the factor
+
  private:
-  struct Cholmod;
-  std::unique_ptr<Cholmod> cholmod_;
+  // Columns of L: on top a lower triangle, its own rows; below the rows that it meets.
+  struct Node {
+    int first = 0, last = 0;    // positions
+    std::vector<int> rows;      // positions below, ascending
+    std::vector<double> panel;  // column by column
+    int columns() const { return last - first + 1; }
+    int height() const { return kPoseDof * (columns() + static_cast<int>(rows.size())); }
+  };
+
+  void renew_tree(const BlockMatrix& matrix);
+  bool may_stay(const Node& node, const BlockMatrix& matrix) const;
+  void assemble(Node& node, const BlockMatrix& matrix);
+  void take_off(const Node& descendant, int from, int to, Node& node);
+  static bool factor_panel(Node& node);
+  Eigen::MatrixXd permuted(const Eigen::MatrixXd& b) const;
+  void solve_lower(Eigen::MatrixXd& x) const;
+  void solve_upper(Eigen::MatrixXd& x) const;
+
+  EliminationTree tree_;
+  std::size_t num_blocks_ = 0;
+  double cost_then_ = 0;  // of the elimination, when it was ordered last
+  int size_then_ = 0;
+  std::vector<std::shared_ptr<const Node>> nodes_;
+  int num_factored_ = 0;
+  bool was_ordered_ = false;
+  std::vector<int> place_;       // of a position's block row in the panel at hand
+  std::vector<double> product_;  // of two parts of a descendant
 };
 
 }  // namespace eifmap

@@ -43,6 +43,11 @@ class Projector {
     return true;
   }
 
+  // z of the point (world) in the camera.
+  double depth(const Eigen::Vector3d& point) const {
+    return camera_from_world_.row(2).dot(point - centre_);
+  }
+
  private:
   Eigen::Matrix3d camera_from_world_;
   Eigen::Vector3d centre_;

@@ -26,7 +26,7 @@ TEST(InformationFilter, FindsTheTruthWithoutNoise) {
 
 TEST(InformationFilter, SchurComplementIsExact) {
   FilterOptions never;  // one solve, nothing linearized again: the frozen system stays inspectable
-  never.relinearize_px = 1e9;
+  never.relinearize_px = never.relinearize_depth = 1e9;
   never.max_iterations = 1;
   never.gate_sigma = 1e9;
   FilterWorld world = make_filter_world({.num_poses = 5, .num_points = 40, .seed = 3}, never);
@@ -41,7 +41,7 @@ TEST(InformationFilter, SchurComplementIsExact) {
 
 TEST(InformationFilter, WithoutGaugeTheInformationHasSevenNullDirectionsLess) {
   FilterOptions never;
-  never.relinearize_px = 1e9;
+  never.relinearize_px = never.relinearize_depth = 1e9;
   never.gate_sigma = 1e9;
   FilterWorld world =
       make_filter_world({.num_poses = 4, .num_points = 40, .start_error = 0, .seed = 5}, never);

@@ -35,7 +35,10 @@ SightCorrelation measured(double rho, int length, int tracks) {
     std::swap(landmark.measurements.front(), landmark.measurements.back());
     landmarks.push_back(landmark);
   }
-  return measure_correlation(landmarks, poses);
+  CorrelationSums sums;
+  for (std::size_t l = 0; l < landmarks.size(); ++l)
+    sums.set(static_cast<int>(l), landmarks[l], poses);
+  return sums.correlation();
 }
 
 TEST(SightCorrelation, IndependentErrorsCountInFull) {
@@ -53,10 +56,30 @@ TEST(SightCorrelation, NeverPromisesMoreThanIndependence) {
 }
 
 TEST(SightCorrelation, TakesTheUsualUntilTheMapCanTell) {
-  const double usual = measure_correlation({}, {}).rho;
+  const double usual = CorrelationSums().correlation().rho;
   EXPECT_GT(usual, 0.3);
   EXPECT_GT(measured(0, 12, 3).rho, 0.5 * usual);
   EXPECT_EQ(measured(0, 5, 3000).rho, usual);  // too short to show it
+}
+
+TEST(SightCorrelation, WhatATrackSaidBeforeIsForgotten) {
+  FilterLandmark landmark;
+  landmark.position = {0, 0, 5};
+  const std::vector<Rigid3> poses(10);
+  CorrelationSums sums;
+  const double usual = sums.correlation().rho;
+  for (int p = 0; p < 10; ++p) {
+    PointMeasurement m;
+    m.pose = p;
+    m.sigma = 0.002;
+    m.x = Eigen::Vector2d(0.002 * p, 0);
+    landmark.measurements.push_back(m);
+  }
+  sums.set(0, landmark, poses);
+  EXPECT_NE(sums.correlation().rho, usual);
+  landmark.measurements.clear();
+  sums.set(0, landmark, poses);
+  EXPECT_EQ(sums.correlation().rho, usual);
 }
 
 }  // namespace

@@ -3,72 +3,161 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "support/random.h"
 
 namespace eifmap::test {
 namespace {
 
-// A positive definite block matrix in which block a meets a - 1 and, for some, an early one.
+PoseBlock random_block(Random& random) {
+  PoseBlock block;
+  for (int e = 0; e < 36; ++e) block(e / 6, e % 6) = random.normal();
+  return block;
+}
+
+void fill(BlockColumn& column, int a, Random& random) {
+  for (std::size_t k = 0; k < column.row.size(); ++k) {
+    column.block[k] = random_block(random);
+    if (column.row[k] == a)
+      column.block[k] =
+          (column.block[k] * column.block[k].transpose() + 100 * PoseBlock::Identity()).eval();
+    column.changed[k] = 1;
+  }
+}
+
+// One pose more, that meets the three before it and, after the first lap, those of the lap before.
+void add_pose(BlockMatrix& matrix, int lap, Random& random) {
+  const int a = matrix.size();
+  matrix.column.emplace_back();
+  for (int b = std::max(0, a - 3); b <= a; ++b) matrix.column.back().insert(b);
+  for (int b = a - lap; b >= 0 && b < a - lap + 2; ++b) matrix.column.back().insert(b);
+  fill(matrix.column.back(), a, random);
+}
+
+void unmark(BlockMatrix& matrix) {
+  for (BlockColumn& column : matrix.column)
+    std::fill(column.changed.begin(), column.changed.end(), 0);
+}
+
+// Positive definite.
 BlockMatrix sample(int size, Random& random) {
   BlockMatrix matrix;
-  matrix.size = size;
-  matrix.start.push_back(0);
-  for (int a = 0; a < size; ++a) {
-    if (a > 7 && a % 3 == 0) matrix.row.push_back(a - 7);
-    if (a > 0) matrix.row.push_back(a - 1);
-    matrix.row.push_back(a);
-    matrix.start.push_back(static_cast<int>(matrix.row.size()));
-  }
-  matrix.block.resize(matrix.row.size());
-  for (int a = 0; a < size; ++a)
-    for (int k = matrix.start[a]; k < matrix.start[a + 1]; ++k) {
-      for (int e = 0; e < 36; ++e) matrix.block[k](e / 6, e % 6) = random.normal();
-      if (matrix.row[k] == a)
-        matrix.block[k] =
-            (matrix.block[k] * matrix.block[k].transpose() + 60 * PoseBlock::Identity()).eval();
-    }
+  while (matrix.size() < size) add_pose(matrix, 40, random);
   return matrix;
 }
 
 Eigen::MatrixXd dense(const BlockMatrix& matrix) {
-  Eigen::MatrixXd full = Eigen::MatrixXd::Zero(6 * matrix.size, 6 * matrix.size);
-  for (int a = 0; a < matrix.size; ++a)
-    for (int k = matrix.start[a]; k < matrix.start[a + 1]; ++k) {
-      full.block<6, 6>(6 * matrix.row[k], 6 * a) = matrix.block[k];
-      full.block<6, 6>(6 * a, 6 * matrix.row[k]) = matrix.block[k].transpose();
+  Eigen::MatrixXd full = Eigen::MatrixXd::Zero(6 * matrix.size(), 6 * matrix.size());
+  for (int a = 0; a < matrix.size(); ++a) {
+    const BlockColumn& column = matrix.column[a];
+    for (std::size_t k = 0; k < column.row.size(); ++k) {
+      full.block<6, 6>(6 * column.row[k], 6 * a) = column.block[k];
+      full.block<6, 6>(6 * a, 6 * column.row[k]) = column.block[k].transpose();
     }
+  }
   return full;
+}
+
+void expect_solves(const SparseCholesky& cholesky, const BlockMatrix& matrix) {
+  const Eigen::MatrixXd b = Eigen::MatrixXd::Random(6 * matrix.size(), 3);
+  const Eigen::MatrixXd expected = dense(matrix).ldlt().solve(b);
+  EXPECT_LT((cholesky.solve(b) - expected).norm(), 1e-10 * expected.norm()) << matrix.size();
+  const Eigen::MatrixXd white = cholesky.whiten(b);
+  EXPECT_LT((white.transpose() * white - b.transpose() * expected).norm(),
+            1e-10 * (b.transpose() * expected).norm());
 }
 
 TEST(SparseCholesky, SolvesAsADenseSolverDoes) {
   Random random(1);
-  SparseCholesky cholesky;
-  for (int size : {1, 2, 20, 60}) {
-    BlockMatrix matrix = sample(size, random);
-    ASSERT_TRUE(cholesky.factor(matrix, false));
-    // A second factorization with other values uses the first one's analysis.
-    for (PoseBlock& block : matrix.block) block *= 1.5;
-    ASSERT_TRUE(cholesky.factor(matrix, true));
-    const Eigen::MatrixXd b = Eigen::MatrixXd::Random(6 * size, 3);
-    const Eigen::MatrixXd expected = dense(matrix).ldlt().solve(b);
-    EXPECT_LT((cholesky.solve(b) - expected).norm(), 1e-10 * expected.norm()) << size;
+  for (int size : {1, 2, 20, 60, 150}) {
+    SparseCholesky cholesky;
+    const BlockMatrix matrix = sample(size, random);
+    ASSERT_TRUE(cholesky.factor(matrix));
+    expect_solves(cholesky, matrix);
   }
+}
+
+// As a map does: poses come, some blocks change, old poses meet anew.
+TEST(SparseCholesky, FollowsAMatrixThatGrowsAndChanges) {
+  Random random(4);
+  SparseCholesky cholesky;
+  BlockMatrix matrix;
+  int orders = 0, kept = 0;
+  for (int step = 0; step < 140; ++step) {
+    unmark(matrix);
+    add_pose(matrix, 70, random);
+    if (step % 3 == 0) fill(matrix.column[step / 2], step / 2, random);
+    if (step % 10 == 9) {
+      BlockColumn& column = matrix.column[step];
+      column.block[column.insert(step / 3)] = random_block(random);
+    }
+    ASSERT_TRUE(cholesky.factor(matrix)) << step;
+    orders += cholesky.was_ordered();
+    kept += cholesky.num_nodes() - cholesky.num_factored();
+    ASSERT_NO_FATAL_FAILURE(expect_solves(cholesky, matrix));
+
+    // To the bit what factoring all of it gives.
+    SparseCholesky whole = cholesky;
+    for (BlockColumn& column : matrix.column)
+      std::fill(column.changed.begin(), column.changed.end(), 1);
+    ASSERT_TRUE(whole.factor(matrix));
+    EXPECT_EQ(whole.num_factored(), whole.num_nodes());
+    const Eigen::MatrixXd b = Eigen::MatrixXd::Random(6 * matrix.size(), 1);
+    EXPECT_EQ(cholesky.whiten(b), whole.whiten(b)) << step;
+  }
+  EXPECT_GE(orders, 2);
+  EXPECT_GT(kept, 500);
+}
+
+// A keyframe that meets only the latest ones costs the same in a long map as in a short one.
+TEST(SparseCholesky, FactorsOnlyWhatANewPoseReaches) {
+  Random random(6);
+  SparseCholesky cholesky;
+  BlockMatrix matrix = sample(30, random);
+  ASSERT_TRUE(cholesky.factor(matrix));
+  int most = 0;
+  for (int step = 0; step < 300; ++step) {
+    unmark(matrix);
+    add_pose(matrix, 100000, random);
+    ASSERT_TRUE(cholesky.factor(matrix));
+    if (!cholesky.was_ordered()) most = std::max(most, cholesky.num_factored());
+  }
+  EXPECT_LE(most, 4);
+  EXPECT_GT(cholesky.num_nodes(), 50);
+}
+
+TEST(SparseCholesky, ACopyGoesItsOwnWay) {
+  Random random(7);
+  BlockMatrix matrix = sample(50, random);
+  SparseCholesky cholesky;
+  ASSERT_TRUE(cholesky.factor(matrix));
+  SparseCholesky copy = cholesky;
+  const BlockMatrix before = matrix;
+  unmark(matrix);
+  fill(matrix.column[10], 10, random);
+  ASSERT_TRUE(copy.factor(matrix));
+  expect_solves(cholesky, before);
+  expect_solves(copy, matrix);
 }
 
 TEST(SparseCholesky, SaysWhenTheMatrixIsNotPositiveDefinite) {
   Random random(2);
   BlockMatrix matrix = sample(5, random);
-  matrix.at(4, 4) = -matrix.at(4, 4);
+  matrix.column[4].block.back() *= -1;
   SparseCholesky cholesky;
-  EXPECT_FALSE(cholesky.factor(matrix, false));
+  EXPECT_FALSE(cholesky.factor(matrix));
+  EXPECT_FALSE(cholesky.has_factor());
+  matrix.column[4].block.back() *= -1;
+  ASSERT_TRUE(cholesky.factor(matrix));
+  expect_solves(cholesky, matrix);
 }
 
 TEST(SparseCholesky, RefusesARightSideOfAnotherSize) {
   Random random(3);
   SparseCholesky cholesky;
   EXPECT_THROW(cholesky.solve(Eigen::MatrixXd::Zero(6, 1)), std::invalid_argument);
-  ASSERT_TRUE(cholesky.factor(sample(2, random), false));
+  ASSERT_TRUE(cholesky.factor(sample(2, random)));
   EXPECT_THROW(cholesky.solve(Eigen::MatrixXd::Zero(6, 1)), std::invalid_argument);
 }
 

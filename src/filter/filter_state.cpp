@@ -1,0 +1,19 @@
+#include "filter/filter_state.h"
+
+#include <algorithm>
+
+namespace eifmap {
+
+void PoseIndex::add(int pose, int landmark) {
+  std::vector<int>& all = landmarks_[pose];
+  const auto at = std::lower_bound(all.begin(), all.end(), landmark);
+  if (at == all.end() || *at != landmark) all.insert(at, landmark);
+}
+
+void PoseIndex::remove(int pose, int landmark) {
+  std::vector<int>& all = landmarks_[pose];
+  const auto at = std::lower_bound(all.begin(), all.end(), landmark);
+  if (at != all.end() && *at == landmark) all.erase(at);
+}
+
+}  // namespace eifmap
