@@ -125,10 +125,9 @@ double InformationFilter::error(int landmark, const PointMeasurement& measuremen
   return (measurement.x - predicted).norm() / measurement.sigma;
 }
 
-// Linearizes the measurement at the mean where its prediction has moved from where it was
-// linearized by more than `holds.within`, or its depth by more than a share of it: a
-// point that is seen almost along one ray moves far while its image stays, and Jacobians of another
-// depth would bend the map. Says whether it did.
+// Linearizes the measurement at the mean where its prediction, or its depth, has moved too far from
+// where it was linearized: a point that is seen almost along one ray moves far while its image
+// stays, and Jacobians of another depth would bend the map. Says whether it did.
 bool InformationFilter::linearize_anew(PointMeasurement& m, const Projector& projector,
                                        const Eigen::Vector3d& position,
                                        const Holding& holds) const {
