@@ -14,7 +14,7 @@ using PoseBlock = Eigen::Matrix<double, kPoseDof, kPoseDof>;
 struct BlockColumn {
   std::vector<int> row;  // b, ascending; the last is a
   std::vector<PoseBlock> block;
-  std::vector<std::uint8_t> changed;  // since the matrix was last given to SparseCholesky
+  std::vector<std::uint8_t> changed;  // for SparseCholesky::factor(), by whoever summed them again
 
   // Place of the block (b, a); -1: it is zero.
   int find(int b) const;

@@ -1,7 +1,6 @@
 #include "filter/elimination_order.h"
 
 #include <camd.h>
-#include <cholmod.h>
 
 #include <algorithm>
 #include <numeric>
@@ -40,34 +39,6 @@ std::vector<int> minimum_degree(const Graph& graph, int recent) {
   return status < 0 ? std::vector<int>() : order;
 }
 
-std::vector<int> nested_dissection(const Graph& graph) {
-  const std::size_t n = graph.start.size() - 1;
-  cholmod_common common;
-  cholmod_start(&common);
-  common.print = 0;  // a library never prints
-  std::vector<int> order;
-  // The lower triangle is left out: CHOLMOD takes the upper one of a symmetric matrix.
-  cholmod_sparse* a =
-      cholmod_allocate_sparse(n, n, graph.neighbour.size(), 1, 1, 1, CHOLMOD_PATTERN, &common);
-  if (a != nullptr) {
-    auto* start = static_cast<int*>(a->p);
-    auto* row = static_cast<int*>(a->i);
-    int next = 0;
-    for (std::size_t c = 0; c < n; ++c) {
-      start[c] = next;
-      for (int k = graph.start[c]; k < graph.start[c + 1]; ++k)
-        if (graph.neighbour[k] < static_cast<int>(c)) row[next++] = graph.neighbour[k];
-      std::sort(row + start[c], row + next);
-    }
-    start[n] = next;
-    order.resize(n);
-    if (!cholmod_metis(a, nullptr, 0, 1, order.data(), &common)) order.clear();
-  }
-  cholmod_free_sparse(&a, &common);
-  cholmod_finish(&common);
-  return order;
-}
-
 }  // namespace
 
 double elimination_cost(const BlockMatrix& matrix, const std::vector<int>& order) {
@@ -77,17 +48,16 @@ double elimination_cost(const BlockMatrix& matrix, const std::vector<int>& order
   return tree.cost();
 }
 
-std::vector<int> elimination_order(const BlockMatrix& matrix, int recent) {
+std::vector<int> elimination_order(const BlockMatrix& matrix, int recent,
+                                   const std::vector<int>& present) {
   const int n = matrix.size();
-  std::vector<int> best(static_cast<std::size_t>(n));
-  std::iota(best.begin(), best.end(), 0);
-  if (n <= recent) return best;
-  double cost = elimination_cost(matrix, best);
-  const Graph graph = graph_of(matrix);
-  for (std::vector<int> order : {minimum_degree(graph, recent), nested_dissection(graph)}) {
+  std::vector<int> best = present, own(static_cast<std::size_t>(n));
+  std::iota(own.begin(), own.end(), 0);
+  double cost = elimination_cost(matrix, present);
+  for (std::vector<int> order : {own, minimum_degree(graph_of(matrix), recent)}) {
     if (order.empty()) continue;
     std::stable_partition(order.begin(), order.end(), [&](int p) { return p < n - recent; });
-    std::sort(order.end() - recent, order.end());
+    std::sort(order.end() - std::min(recent, n), order.end());
     const double other = elimination_cost(matrix, order);
     if (other >= cost) continue;
     cost = other;

@@ -10,8 +10,10 @@ namespace eifmap {
 
 // Poses by position: the first is eliminated first. The latest `recent` poses come last, in their
 // own order, since the next measurements are theirs: what is eliminated before them stays. The
-// cheapest of the poses' own order, minimum degree (CAMD) and nested dissection (METIS).
-std::vector<int> elimination_order(const BlockMatrix& matrix, int recent);
+// cheapest of the present order, the poses' own and minimum degree (CAMD). Not METIS: it sets the
+// process's signal handlers and draws from its one stream of random numbers.
+std::vector<int> elimination_order(const BlockMatrix& matrix, int recent,
+                                   const std::vector<int>& present);
 
 // Multiplications that the factorization takes, in blocks.
 double elimination_cost(const BlockMatrix& matrix, const std::vector<int>& order);

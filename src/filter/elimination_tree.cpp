@@ -10,7 +10,7 @@ namespace {
 // arithmetic is faster by more than it has to do more.
 constexpr int kMostColumns = 12;
 constexpr double kMostZeros = 0.25;  // share of the panel
-constexpr int kAlways = 4;           // columns that are joined whatever the zeros
+constexpr int kJoinedAnyway = 4;     // columns that are joined whatever the zeros
 
 }  // namespace
 
@@ -88,7 +88,7 @@ void EliminationTree::find_supernodes() {
       const int columns = last + 1 - first;
       const double more = zeros + columns * (rows_then + 1 - rows_now);
       const double panel = (columns + 1) * (rows_then + columns + 1);
-      if (columns >= kAlways && more > kMostZeros * panel) break;
+      if (columns >= kJoinedAnyway && more > kMostZeros * panel) break;
       zeros = more;
       ++last;
     }

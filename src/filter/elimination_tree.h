@@ -30,6 +30,7 @@ class EliminationTree {
   // Poses beyond the order come last, as they are.
   void renew(const BlockMatrix& matrix);
 
+  const std::vector<int>& order() const { return order_; }
   int size() const { return static_cast<int>(order_.size()); }
   int position(int pose) const { return position_[static_cast<std::size_t>(pose)]; }
   int pose(int position) const { return order_[static_cast<std::size_t>(position)]; }

@@ -214,12 +214,13 @@ bool InformationFilter::solve(Eigen::VectorXd& delta_poses) {
 // sigma is not worth what it costs to look at all that it moves: it stays in the right-hand side
 // until it has grown.
 void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
-  constexpr double kStill = 1e-3;  // sigmas, given all other poses: less than of the marginal
+  // Sigmas, given all other poses: less than of the marginal. [WD10] (7) moves all.
+  const double still = options_.relinearize == Relinearize::kOnce ? 0 : 1e-3;
   std::vector<std::uint8_t> moves(poses_.size(), 0);
   for (int p = 1; p < num_poses(); ++p) {
     const auto delta = delta_poses.segment<6>(6 * (p - 1));
     const double squared = delta.dot(system_.matrix().column[p - 1].block.back() * delta);
-    if (squared <= kStill * kStill) continue;
+    if (squared <= still * still) continue;
     moves[p] = 1;
     for (int l : index_.landmarks(p)) touch(l);
     poses_[p] = retract(poses_[p], delta.head<3>(), delta.tail<3>());

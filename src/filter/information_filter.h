@@ -7,8 +7,8 @@
 // letter, at zero it is incremental bundle adjustment.
 //
 // I is never formed whole: features meet poses only, so they are eliminated exactly (Schur
-// complement) and only the poses' matrix is factored, of that only what a change reaches. What has
-// not moved is not looked at.
+// complement) and only the poses' matrix is factored, of that only what a change reaches. Sights
+// of what has not moved are not looked at.
 #pragma once
 
 #include <Eigen/Core>
@@ -128,7 +128,7 @@ class InformationFilter {
   std::vector<FilterEdge> edges_;
   PoseIndex index_;
   // Landmarks with another measurement, place or residual than when they were last linearized and
-  // summed; and since the update began. Nothing else need be looked at.
+  // summed; and since the last update that succeeded. No other sights need be looked at.
   LandmarkSet touched_, touched_in_update_;
   double edge_variance_ = 1;  // what the edges' covariances are multiplied by
   ScaleGauge gauge_;          // of the first two poses, as they were at the first update

@@ -53,8 +53,9 @@ void factor_landmark(FilterLandmark& landmark) {
 }
 
 Eigen::Matrix3d conditional_covariance(const FilterLandmark& landmark) {
+  if (!landmark.changed) return landmark.r_inverse * landmark.r_inverse.transpose();
   FilterLandmark now = landmark;
-  if (now.changed) factor_landmark(now);
+  factor_landmark(now);
   return now.r_inverse * now.r_inverse.transpose();
 }
 

@@ -61,7 +61,7 @@ class ReducedSystem {
 
   ScaleGauge gauge_;
   double gauge_weight_ = 0;
-  BlockMatrix matrix_;  // its `changed` is what the last sum() summed again
+  BlockMatrix matrix_;  // what the last sum() summed again is marked as changed
   // Before a sum: what it must sum again.
   std::vector<std::vector<std::uint8_t>> stale_;  // per column, parallel to its blocks
   std::vector<std::uint8_t> stale_column_, stale_side_;
@@ -70,7 +70,7 @@ class ReducedSystem {
   int num_blocks_summed_ = 0;
 };
 
-// Writes Q and R of the landmark's present linearization: what it is eliminated by.
+// Writes Q and R^-1 of the landmark's present linearization: what it is eliminated by.
 void factor_landmark(FilterLandmark& landmark);
 
 // V^-1 of the present linearization: the feature's covariance given the poses. Zero when no

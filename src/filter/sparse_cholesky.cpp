@@ -27,9 +27,9 @@ constexpr int kRecent = 25;
 constexpr double kCostlier = 1.4;
 
 // A threaded OpenBLAS would sum in an order that depends on the number of cores, so it is held to
-// one thread, whichever flavour the system has chosen.
+// one thread. The flavour that uses OpenMP keeps the limit by thread.
 void pin_blas_to_one_thread() {
-  static const bool once = [] {
+  thread_local const bool once = [] {
     using SetThreads = void (*)(int);
     if (auto* set = reinterpret_cast<SetThreads>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads")))
       set(1);
@@ -65,14 +65,17 @@ void SparseCholesky::renew_tree(const BlockMatrix& matrix) {
   if (tree_.size() == matrix.size() && num_blocks_ == matrix.num_blocks()) return;
   num_blocks_ = matrix.num_blocks();
   tree_.renew(matrix);
-  const double growth = size_then_ == 0 ? 0 : static_cast<double>(tree_.size()) / size_then_;
-  if (tree_.size() > kRecent && tree_.cost() > kCostlier * growth * cost_then_) {
-    std::vector<int> order = elimination_order(matrix, kRecent);
-    tree_.set_order(std::move(order));
-    tree_.renew(matrix);
-    cost_then_ = tree_.cost();
-    size_then_ = tree_.size();
-    was_ordered_ = true;
+  const double growth =
+      size_when_sought_ == 0 ? 0 : static_cast<double>(tree_.size()) / size_when_sought_;
+  if (tree_.size() > kRecent && tree_.cost() > kCostlier * growth * cost_when_sought_) {
+    std::vector<int> order = elimination_order(matrix, kRecent, tree_.order());
+    was_ordered_ = order != tree_.order();
+    if (was_ordered_) {
+      tree_.set_order(std::move(order));
+      tree_.renew(matrix);
+    }
+    cost_when_sought_ = tree_.cost();
+    size_when_sought_ = tree_.size();
   }
 }
 

@@ -1,7 +1,7 @@
 // Cholesky factorization of a sparse symmetric matrix of 6x6 blocks, made anew only where it must
 // be: a supernodal left-looking factorization (E. Ng and B. Peyton, SIAM J. Sci. Comput. 14, 1993)
-// that keeps the panels that no change reaches. To the bit what factoring all of it gives. Copies
-// share what they do not change.
+// that keeps the panels that no change reaches. To the bit what factoring all of it in the same
+// order gives. Copies share what they do not change.
 #pragma once
 
 #include <Eigen/Core>
@@ -54,8 +54,8 @@ class SparseCholesky {
 
   EliminationTree tree_;
   std::size_t num_blocks_ = 0;
-  double cost_then_ = 0;  // of the elimination, when it was ordered last
-  int size_then_ = 0;
+  double cost_when_sought_ = 0;  // of the elimination, when an order was sought last
+  int size_when_sought_ = 0;
   std::vector<std::shared_ptr<const Node>> nodes_;
   int num_factored_ = 0;
   bool was_ordered_ = false;
