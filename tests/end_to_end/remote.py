@@ -136,7 +136,10 @@ def check_good_link(options, folder, status):
         fail("the server passed over more than a fifth: this machine is too slow to show anything")
     if len(lines(folder / "logged" / "poses.jsonl")) < 0.98 * mapped:
         fail("less than 98 % of the poses came back")
-    if live["ate_rmse_m"] > max(1.1 * offline["ate_rmse_m"], offline["ate_rmse_m"] + 0.01):
+    # Of other images another map comes, and on the kitchen one in three of those ends half as far
+    # off again (src/robustness.md): only of the same images is the difference the link's.
+    worse = 1.1 if status["frames_dropped"] == 0 else 1.7
+    if live["ate_rmse_m"] > max(worse * offline["ate_rmse_m"], offline["ate_rmse_m"] + 0.01):
         fail("the live map is worse than the offline one")
     if live["coverage"] * options.frames < (offline["coverage"] - 0.02) * mapped:
         fail("of what the server mapped the live map covers less than the offline one")
