@@ -136,10 +136,7 @@ def check_good_link(options, folder, status):
         fail("the server passed over more than a fifth: this machine is too slow to show anything")
     if len(lines(folder / "logged" / "poses.jsonl")) < 0.98 * mapped:
         fail("less than 98 % of the poses came back")
-    # Of other images another map comes, and on the kitchen one in three of those ends half as far
-    # off again (src/robustness.md): only of the same images is the difference the link's.
-    worse = 1.1 if status["frames_dropped"] == 0 else 1.7
-    if live["ate_rmse_m"] > max(worse * offline["ate_rmse_m"], offline["ate_rmse_m"] + 0.01):
+    if live["ate_rmse_m"] > max(1.1 * offline["ate_rmse_m"], offline["ate_rmse_m"] + 0.01):
         fail("the live map is worse than the offline one")
     if live["coverage"] * options.frames < (offline["coverage"] - 0.02) * mapped:
         fail("of what the server mapped the live map covers less than the offline one")
@@ -209,15 +206,16 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         map_offline(options, folder / "offline")
-        # What a busy machine loses beside the link, nobody counted: once more.
+        # What a busy machine loses beside the link, nobody counted, and where it passes images over
+        # the live map is of others than the offline one: once more.
         for _ in range(3):
             shutil.rmtree(folder / "logged", ignore_errors=True)
             with Processes(folder) as processes:
                 overflows = publish_and_map(options, processes, folder)
             print(f"datagrams that a socket had no room for: {overflows}")
-            if not options.bad_link or overflows == 0:
+            status = json.loads(lines(folder / "logged" / "status.jsonl")[-1])
+            if (overflows if options.bad_link else status["frames_dropped"]) == 0:
                 break
-        status = json.loads(lines(folder / "logged" / "status.jsonl")[-1])
         (check_bad_link if options.bad_link else check_good_link)(options, folder, status)
 
 
