@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "features/box_hessian.h"
-#include "features/vector_clones.h"
+#include "vector_clones.h"
 
 namespace eifmap {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "features/vector_clones.h"
+#include "vector_clones.h"
 
 namespace eifmap {
 namespace {

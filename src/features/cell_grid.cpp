@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "features/vector_clones.h"
+#include "vector_clones.h"
 
 namespace eifmap {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "features/vector_clones.h"
+#include "vector_clones.h"
 
 namespace eifmap {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <numbers>
 
-#include "features/vector_clones.h"
+#include "vector_clones.h"
 
 namespace eifmap {
 namespace {

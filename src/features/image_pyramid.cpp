@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <stdexcept>
 
-#include "features/vector_clones.h"
+#include "vector_clones.h"
 
 namespace eifmap {
 namespace {

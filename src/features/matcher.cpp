@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "features/vector_clones.h"
+#include "vector_clones.h"
 
 namespace eifmap {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "features/cell_grid.h"
 #include "features/descriptor_bytes.h"
-#include "features/vector_clones.h"
+#include "vector_clones.h"
 
 namespace eifmap {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "features/cell_grid.h"
-#include "features/vector_clones.h"
+#include "vector_clones.h"
 
 namespace eifmap {
 namespace {
