@@ -5,6 +5,8 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "geometry/robust.h"
+
 namespace eifmap::test {
 namespace {
 
@@ -99,20 +101,23 @@ double Judge::typical_depth() const {
 
 // Map units a true metre over frames [first, end), in steps of ten frames: a step's own error is
 // small against it. 0 when the map has no such step.
+// The median over short parts of the way: a step by which the map corrects the poses is no motion.
 double Judge::scale(std::int64_t map, int first, int end) const {
-  constexpr int kStep = 10;
-  double in_map = 0, truth = 0;
-  for (int i = first; i + kStep < end; i += kStep) {
+  constexpr int kStep = 3;
+  std::vector<double> scales;
+  for (int i = first; i + kStep < end; ++i) {
     const FrameResult &a = result(i), &b = result(i + kStep);
     if (a.state != TrackingState::kTracking || b.state != TrackingState::kTracking ||
         a.map_id != map || b.map_id != map)
       continue;
-    in_map += (a.map_from_camera.translation - b.map_from_camera.translation).norm();
-    truth +=
+    const double truth =
         (world_.world_from_camera(i).translation - world_.world_from_camera(i + kStep).translation)
             .norm();
+    if (truth > 0)
+      scales.push_back((a.map_from_camera.translation - b.map_from_camera.translation).norm() /
+                       truth);
   }
-  return truth > 0 ? in_map / truth : 0;
+  return scales.empty() ? 0 : take_median(scales);
 }
 
 void Judge::maps() {
