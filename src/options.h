@@ -97,15 +97,17 @@ struct EdgeOptions {
 // When a measurement's Jacobian is taken at the mean.
 enum class Relinearize {
   kOnce,       // when it enters, and never again: [WD10] (7) to the letter
-  kThreshold,  // again when its prediction moved by more than relinearize_px, or its depth
+  kThreshold,  // again when its prediction, its depth or its camera moved by more than a threshold
   kAlways,     // in every iteration: incremental bundle adjustment
 };
 
 struct FilterOptions {
   Relinearize relinearize = Relinearize::kThreshold;
-  double relinearize_px = 0.02;  // at 0.1 a map stays one sigma too small: many small moves add up
+  // Both of a map of up to 50 keyframes; of one with n, 50 / n of it. They decide how fast an
+  // update converges and how exact the covariances are, not where the map ends.
+  double relinearize_px = 0.1;
   double relinearize_depth = 1e-3;  // share of its depth
-  int max_iterations = 5;           // of solve and relinearize, per keyframe
+  int max_iterations = 5;           // of all poses, per update
   // Edges' covariances grow as far as the map shows that they are too small. [WD10] trusts them.
   bool judge_edges = true;
   double huber_sigma = 2.0;  // whitened residual from which a sighting counts less

@@ -25,4 +25,8 @@ std::size_t BlockMatrix::num_blocks() const {
   return n;
 }
 
+void BlockMatrix::clear_changed() {
+  for (BlockColumn& c : column) std::fill(c.changed.begin(), c.changed.end(), 0);
+}
+
 }  // namespace eifmap

@@ -27,6 +27,7 @@ struct BlockMatrix {
 
   int size() const { return static_cast<int>(column.size()); }
   std::size_t num_blocks() const;
+  void clear_changed();
 };
 
 }  // namespace eifmap

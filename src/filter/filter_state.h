@@ -2,13 +2,18 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <cstdint>
 #include <vector>
 
 #include "filter/measurement_models.h"
 
 namespace eifmap {
+
+// Of normalized image coordinates to the pose's (w, dc). Only the way from the centre to the point
+// counts: to the point's displacement (world) it is the right half, negative.
+using SightDerivative = Eigen::Matrix<double, 2, 6>;
+inline auto to_landmark(const SightDerivative& d_pose) {
+  return -d_pose.rightCols<3>();
+}
 
 // A feature seen from a pose.
 struct PointMeasurement {
@@ -16,15 +21,26 @@ struct PointMeasurement {
   Eigen::Vector2d x = Eigen::Vector2d::Zero();  // normalized image coordinates
   double sigma = 0;                             // of x, each axis, same unit
 
-  // Frozen at the last linearization; whitened, and scaled by the robust weight's root.
+  // Frozen at the last linearization; whitened, and scaled by the robust weight's root: what the
+  // information is summed of.
   bool linearized = false;
   Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  // at the linearization point
   double depth = 0;                                     // there
-  Eigen::Matrix<double, 2, 6> d_pose = Eigen::Matrix<double, 2, 6>::Zero();
-  Eigen::Matrix<double, 2, 3> d_landmark = Eigen::Matrix<double, 2, 3>::Zero();
+  double root = 0;                                      // of the robust weight
+  SightDerivative d_pose = SightDerivative::Zero();
+  // Of the same weight, at the mean: what the gradient is summed of. A frozen one would pull at a
+  // map that has turned or grown since.
+  SightDerivative d_pose_now = SightDerivative::Zero();
   Eigen::Vector2d residual = Eigen::Vector2d::Zero();  // what is left of z - h at the mean
-  // This sight's rows of Q, where Q R is all the landmark's d_landmark, one above the other.
-  Eigen::Matrix<double, 2, 3> q = Eigen::Matrix<double, 2, 3>::Zero();
+};
+
+// What a landmark's elimination takes off the poses' matrix: of the blocks of two poses that see
+// it, rows' rows.
+struct Elimination {
+  int pose = 0;
+  // Q'd_pose of the sight's rows of Q, where Q R is all the landmark's derivatives, one above the
+  // other.
+  Eigen::Matrix<double, 3, 6, Eigen::RowMajor> rows;
 };
 
 struct FilterLandmark {
@@ -33,8 +49,9 @@ struct FilterLandmark {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   std::vector<PointMeasurement> measurements;  // at most one per pose; empty: removed
 
-  // A measurement has come, gone or been linearized since Q and R were computed.
+  // A measurement has come, gone or been linearized since what follows was computed.
   bool changed = true;
+  std::vector<Elimination> eliminations;  // by measurement
   // Of the frozen linearizations.
   Eigen::Matrix3d r_inverse = Eigen::Matrix3d::Zero();  // R^-1; V^-1 = R^-1 R^-T
   Eigen::Vector3d step = Eigen::Vector3d::Zero();       // to the best place while the poses stand
@@ -44,50 +61,15 @@ struct FilterEdge {
   int i = 0, j = 0;
   RelativePoseMeasurement measurement;
   bool linearized = false;
-  // Scaled by the robust weight's root; the residual is what is left of z - h at the mean.
-  RelativePoseLinearization linearization;
+  // As of a sight: the matrix is summed of the frozen derivatives, the gradient of those at the
+  // mean. Scaled by the root of the robust weight.
+  RelativePoseLinearization frozen, now;
+  double root = 0;
   // Whitened, without the weight: at the linearization point; squared, at the mean.
   Eigen::Matrix<double, 5, 1> residual_then = Eigen::Matrix<double, 5, 1>::Zero();
   double squared_error = 0;
 
   bool changed = true, moved = false;  // linearized, or another residual, since the last sum
-};
-
-// Which landmarks are seen from which pose.
-class PoseIndex {
- public:
-  void add_pose() { landmarks_.emplace_back(); }
-  int num_poses() const { return static_cast<int>(landmarks_.size()); }
-  const std::vector<int>& landmarks(int pose) const { return landmarks_[pose]; }  // ascending
-  void add(int pose, int landmark);
-  void remove(int pose, int landmark);
-
- private:
-  std::vector<std::vector<int>> landmarks_;
-};
-
-// Some of the landmarks.
-class LandmarkSet {
- public:
-  void insert(int landmark) {
-    if (static_cast<std::size_t>(landmark) >= in_.size()) in_.resize(landmark + 1, 0);
-    if (in_[landmark]) return;
-    in_[landmark] = 1;
-    members_.push_back(landmark);
-  }
-  void clear() {
-    for (int landmark : members_) in_[landmark] = 0;
-    members_.clear();
-  }
-  // In the order of their handles.
-  const std::vector<int>& sorted() {
-    std::sort(members_.begin(), members_.end());
-    return members_;
-  }
-
- private:
-  std::vector<std::uint8_t> in_;
-  std::vector<int> members_;
 };
 
 }  // namespace eifmap

@@ -2,9 +2,9 @@
 //
 // Every measurement keeps its frozen, whitened Jacobian H and the residual r that is left of it at
 // the mean: I = sum H'H, and the mean moves by delta with I delta = sum H'r. That is [WD10] (7)
-// with the constant parts moved to the other side. A measurement is linearized again when its
-// prediction moved by more than a threshold; with the threshold at infinity this is (7) to the
-// letter, at zero it is incremental bundle adjustment.
+// with the constant parts moved to the other side, and what `Relinearize::kOnce` does. Otherwise
+// the right-hand side is of the Jacobians and residuals at the mean, which ends at the
+// least-squares mean, and H is frozen again where a measurement has moved (linearization.h).
 //
 // I is never formed whole: features meet poses only, so they are eliminated exactly (Schur
 // complement) and only the poses' matrix is factored, of that only what a change reaches. Sights
@@ -12,9 +12,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "filter/filter_state.h"
+#include "filter/landmark_set.h"
+#include "filter/linearization.h"
+#include "filter/pose_index.h"
 #include "filter/reduced_system.h"
 #include "filter/sight_correlation.h"
 #include "filter/sparse_cholesky.h"
@@ -36,9 +40,9 @@ struct FilterUpdate {
     int landmark = 0, pose = 0;
   };
   Reason reason = Reason::kNone;  // or kFilterFailed: the mean is as before
-  int iterations = 0;
-  std::size_t relinearized = 0;  // measurements, summed over the iterations
-  std::vector<Dropped> dropped;  // sightings that do not fit and were taken out
+  int iterations = 0;             // steps of all poses
+  std::size_t relinearized = 0;   // sights, summed over the steps
+  std::vector<Dropped> dropped;   // sightings that do not fit and were taken out
   int dropped_edges = 0;
 };
 
@@ -58,8 +62,8 @@ class InformationFilter {
   // False when the covariance cannot be inverted.
   bool add_edge(int i, int j, const RelativePose& pose);
 
-  // Solves, moves the mean, linearizes again what moved, until nothing does; then drops what does
-  // not fit.
+  // Moves the mean to where it belongs; then drops what does not fit. What stays further than a
+  // thousandth of its sigma from the exact least-squares mean goes on with the next update.
   FilterUpdate update();
 
   int num_poses() const { return static_cast<int>(poses_.size()); }
@@ -96,25 +100,28 @@ class InformationFilter {
                    std::vector<Eigen::Matrix3d>& of_landmarks) const;
 
  private:
-  // How far a sight may move before it is linearized again.
-  struct Holding {
-    double within = 0;    // normalized image coordinates
-    double of_depth = 0;  // share of its depth
+  // Of the mean, as the gradient asks for.
+  struct Step {
+    Eigen::VectorXd delta;  // of the poses but the first
+    double squared = 0;     // sigmas
+    bool of_all = false;    // or of the latest poses alone
   };
 
   template <class Predicate>
   void remove_measurements(int landmark, Predicate predicate);
   void touch(int landmark);
   void touch_all();
-  std::size_t linearize_moved();
-  bool linearize_anew(PointMeasurement& m, const Projector& projector,
-                      const Eigen::Vector3d& position, const Holding& holds) const;
-  bool solve(Eigen::VectorXd& delta_poses);
-  void apply(const Eigen::VectorXd& delta_poses);
   void judge_edges();
-  void linearize_edge(FilterEdge& edge) const;
   bool settle(FilterUpdate& update);
-  void undo(const std::vector<Rigid3>& poses, const std::vector<Eigen::Vector3d>& positions);
+  bool next_step(bool ask_latest, Step& step);
+  std::size_t linearize_moved();
+  void linearize_all_anew();
+  bool solve_for_all(Eigen::VectorXd& delta_poses);
+  void apply(const Eigen::VectorXd& delta_poses);
+  bool move_alone(FilterLandmark& landmark, double still) const;
+  Holding holding() const;
+  void set_pose(int pose, const Rigid3& world_from_camera);
+  void undo();
   bool knows(int pose) const {
     return cholesky_.has_factor() && pose >= 0 && pose <= system_.matrix().size();
   }
@@ -124,12 +131,16 @@ class InformationFilter {
   FilterOptions options_;
   double radians_per_pixel_;
   std::vector<Rigid3> poses_;
+  std::vector<Projector> projectors_;  // of the poses
   std::vector<FilterLandmark> landmarks_;
   std::vector<FilterEdge> edges_;
   PoseIndex index_;
   // Landmarks with another measurement, place or residual than when they were last linearized and
   // summed; and since the last update that succeeded. No other sights need be looked at.
   LandmarkSet touched_, touched_in_update_;
+  // The mean of before the update.
+  std::vector<Rigid3> poses_before_;
+  std::vector<std::pair<int, Eigen::Vector3d>> positions_before_;  // of what was touched in it
   double edge_variance_ = 1;  // what the edges' covariances are multiplied by
   ScaleGauge gauge_;          // of the first two poses, as they were at the first update
   bool has_gauge_ = false;

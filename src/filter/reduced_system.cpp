@@ -3,23 +3,48 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vector_clones.h"
+
 namespace eifmap {
 namespace {
 
-const PointMeasurement& sight_from(const FilterLandmark& landmark, int pose) {
-  return *std::find_if(landmark.measurements.begin(), landmark.measurements.end(),
-                       [pose](const PointMeasurement& m) { return m.pose == pose; });
-}
+// block -= other' own, by rows.
+struct Product {
+  const Elimination* other = nullptr;
+  PoseBlock* block = nullptr;
+};
 
-// A landmark's step while its poses stand still: V^-1 b = R^-1 Q' r.
-Eigen::Vector3d step_alone(const FilterLandmark& landmark) {
-  Eigen::Vector3d along = Eigen::Vector3d::Zero();
-  for (const PointMeasurement& m : landmark.measurements)
-    along.noalias() += m.q.transpose() * m.residual;
-  return landmark.r_inverse * along;
+// Four numbers of a block at once: two of its columns are three such vectors.
+EIFMAP_VECTOR_CLONES
+void take_off(const Elimination& own, const Product* products, std::size_t count) {
+  using Four = double __attribute__((vector_size(32), aligned(8)));
+  constexpr int kFours = 9;  // of a block
+  Four factor[3][kFours];
+  for (int r = 0; r < 3; ++r)
+    for (int v = 0; v < kFours; ++v)
+      for (int k = 0; k < 4; ++k) factor[r][v][k] = own.rows(r, (4 * v + k) / kPoseDof);
+  for (std::size_t n = 0; n < count; ++n) {
+    const double* row = products[n].other->rows.data();
+    Four sum[kFours] = {};
+    for (int r = 0; r < 3; ++r, row += kPoseDof) {
+      const Four other[3] = {{row[0], row[1], row[2], row[3]},
+                             {row[4], row[5], row[0], row[1]},
+                             {row[2], row[3], row[4], row[5]}};
+      for (int v = 0; v < kFours; ++v) sum[v] += other[v % 3] * factor[r][v];
+    }
+    Four* block = reinterpret_cast<Four*>(products[n].block->data());
+    for (int v = 0; v < kFours; ++v) block[v] -= sum[v];
+  }
 }
 
 }  // namespace
+
+Eigen::Vector3d step_alone_in_sigmas(const FilterLandmark& landmark) {
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  for (const PointMeasurement& m : landmark.measurements)
+    gradient.noalias() += to_landmark(m.d_pose_now).transpose() * m.residual;
+  return landmark.r_inverse.transpose() * gradient;
+}
 
 // By Gram-Schmidt, twice. A trace of damping keeps V from being singular, and is far below any
 // information that a sighting brings.
@@ -28,7 +53,7 @@ void factor_landmark(FilterLandmark& landmark) {
   thread_local Eigen::Matrix<double, Eigen::Dynamic, 3> q;
   q.resize(2 * m + 3, 3);
   for (Eigen::Index k = 0; k < m; ++k)
-    q.middleRows<2>(2 * k) = landmark.measurements[static_cast<std::size_t>(k)].d_landmark;
+    q.middleRows<2>(2 * k) = to_landmark(landmark.measurements[static_cast<std::size_t>(k)].d_pose);
   q.bottomRows<3>() =
       1e-7 * std::sqrt(q.topRows(2 * m).squaredNorm()) * Eigen::Matrix3d::Identity();
   Eigen::Matrix3d r = Eigen::Matrix3d::Zero();
@@ -48,8 +73,13 @@ void factor_landmark(FilterLandmark& landmark) {
   }
   if ((r.diagonal().array() > 0).all())
     landmark.r_inverse = r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
-  for (Eigen::Index k = 0; k < m; ++k)
-    landmark.measurements[static_cast<std::size_t>(k)].q = q.middleRows<2>(2 * k);
+  landmark.eliminations.resize(landmark.measurements.size());
+  for (std::size_t k = 0; k < landmark.measurements.size(); ++k) {
+    const PointMeasurement& sight = landmark.measurements[k];
+    landmark.eliminations[k].pose = sight.pose;
+    landmark.eliminations[k].rows.noalias() =
+        q.middleRows<2>(2 * static_cast<Eigen::Index>(k)).transpose() * sight.d_pose;
+  }
 }
 
 Eigen::Matrix3d conditional_covariance(const FilterLandmark& landmark) {
@@ -114,62 +144,69 @@ void ReducedSystem::before_removal(const FilterEdge& edge) {
   mark_blocks(edge, false);
 }
 
-void ReducedSystem::sum_column(int a, const std::vector<int>& seen,
-                               const std::vector<FilterLandmark>& landmarks) {
+void ReducedSystem::clear_stale_blocks(int a) {
   BlockColumn& column = matrix_.column[a];
-  slot_.assign(static_cast<std::size_t>(a) + 1, -1);
   for (std::size_t k = 0; k < column.row.size(); ++k) {
     if (!stale_[a][k]) continue;
-    slot_[column.row[k]] = static_cast<int>(k);
     column.block[k].setZero();
     column.changed[k] = 1;
     ++num_blocks_summed_;
   }
-  for (int l : seen) {
-    const FilterLandmark& landmark = landmarks[l];
-    const PointMeasurement& own = sight_from(landmark, a + 1);
-    const Eigen::Matrix<double, 3, 6> q_d = own.q.transpose() * own.d_pose;
-    for (const PointMeasurement& m : landmark.measurements) {
-      const int b = m.pose - 1;
-      if (b < 0 || b > a || slot_[b] < 0) continue;
-      Eigen::Matrix<double, 2, 6> part = -(m.q * q_d);
-      if (b == a) part += own.d_pose;
-      column.block[slot_[b]].noalias() += m.d_pose.transpose() * part;
-    }
+}
+
+// The stale blocks of one sight's column: with all sights of the same landmark.
+void ReducedSystem::add_sight(const FilterLandmark& landmark, std::size_t own) {
+  thread_local std::vector<Product> products;
+  const int a = landmark.eliminations[own].pose - 1;
+  BlockColumn& column = matrix_.column[a];
+  products.clear();
+  std::size_t k = 0;
+  for (const Elimination& other : landmark.eliminations) {
+    const int b = other.pose - 1;
+    if (b < 0 || b > a) continue;
+    if (column.row[k] > b) k = 0;  // sights are in the order of their poses, mostly
+    while (column.row[k] < b) ++k;
+    if (stale_[a][k]) products.push_back({&other, &column.block[k]});
+  }
+  if (stale_[a].back()) {
+    const SightDerivative& d_pose = landmark.measurements[own].d_pose;
+    column.block.back().noalias() += d_pose.transpose() * d_pose;
+  }
+  take_off(landmark.eliminations[own], products.data(), products.size());
+}
+
+// What is left for the poses once the landmark is eliminated.
+void ReducedSystem::add_right_side(const FilterLandmark& landmark) {
+  for (const PointMeasurement& m : landmark.measurements) {
+    if (m.pose == 0 || !stale_side_[m.pose - 1]) continue;
+    const Eigen::Vector2d left = m.residual - to_landmark(m.d_pose_now) * landmark.step;
+    right_side_.segment<6>(6 * (m.pose - 1)).noalias() += m.d_pose_now.transpose() * left;
   }
 }
 
-// What is left for the pose once the landmarks are eliminated.
-void ReducedSystem::sum_right_side(int a, const std::vector<int>& seen,
-                                   const std::vector<FilterLandmark>& landmarks) {
-  Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
-  for (int l : seen) {
-    const PointMeasurement& m = sight_from(landmarks[l], a + 1);
-    const Eigen::Vector2d left = m.residual - m.d_landmark * landmarks[l].step;
-    sum.noalias() += m.d_pose.transpose() * left;
-  }
-  right_side_.segment<6>(6 * a) = sum;
-}
-
-void ReducedSystem::add_to_block(int i, int j, const PoseBlock& part) {
+// The block of S to add to; none where it is not to be summed.
+PoseBlock* ReducedSystem::stale_block(int i, int j) {
   const int a = std::max(i, j) - 1, b = std::min(i, j) - 1;
-  if (b < 0 || !stale_column_[a]) return;
+  if (b < 0 || !stale_column_[a]) return nullptr;
   const int at = matrix_.column[a].find(b);
-  if (stale_[a][at]) matrix_.column[a].block[at] += part;
+  return stale_[a][at] ? &matrix_.column[a].block[at] : nullptr;
 }
 
 void ReducedSystem::add_edge(const FilterEdge& edge) {
-  const RelativePoseLinearization& lin = edge.linearization;
-  add_to_block(edge.i, edge.i, lin.d_i.transpose() * lin.d_i);
-  add_to_block(edge.j, edge.j, lin.d_j.transpose() * lin.d_j);
-  if (edge.i < edge.j)
-    add_to_block(edge.i, edge.j, lin.d_i.transpose() * lin.d_j);
-  else
-    add_to_block(edge.i, edge.j, lin.d_j.transpose() * lin.d_i);
+  const RelativePoseLinearization &frozen = edge.frozen, &now = edge.now;
+  if (PoseBlock* block = stale_block(edge.i, edge.i))
+    block->noalias() += frozen.d_i.transpose() * frozen.d_i;
+  if (PoseBlock* block = stale_block(edge.j, edge.j))
+    block->noalias() += frozen.d_j.transpose() * frozen.d_j;
+  if (PoseBlock* block = stale_block(edge.i, edge.j)) {
+    const bool upper = edge.i < edge.j;
+    block->noalias() +=
+        (upper ? frozen.d_i : frozen.d_j).transpose() * (upper ? frozen.d_j : frozen.d_i);
+  }
   if (edge.i > 0 && stale_side_[edge.i - 1])
-    right_side_.segment<6>(6 * (edge.i - 1)).noalias() += lin.d_i.transpose() * lin.residual;
+    right_side_.segment<6>(6 * (edge.i - 1)).noalias() += now.d_i.transpose() * now.residual;
   if (edge.j > 0 && stale_side_[edge.j - 1])
-    right_side_.segment<6>(6 * (edge.j - 1)).noalias() += lin.d_j.transpose() * lin.residual;
+    right_side_.segment<6>(6 * (edge.j - 1)).noalias() += now.d_j.transpose() * now.residual;
 }
 
 void ReducedSystem::add_gauge(const Eigen::Vector3d& baseline) {
@@ -189,6 +226,7 @@ void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& lan
                         const Eigen::Vector3d& baseline) {
   const int n = index.num_poses() - 1;
   grow(n);
+  largest_step_alone_ = 0;
   for (int l : touched) {
     FilterLandmark& landmark = landmarks[l];
     if (landmark.changed) {
@@ -196,7 +234,9 @@ void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& lan
       factor_landmark(landmark);
       landmark.changed = false;
     }
-    landmark.step = step_alone(landmark);
+    const Eigen::Vector3d sigmas = step_alone_in_sigmas(landmark);
+    landmark.step = landmark.r_inverse * sigmas;
+    largest_step_alone_ = std::max(largest_step_alone_, sigmas.norm());
     for (const PointMeasurement& m : landmark.measurements) touch_right_side(m.pose);
   }
   for (FilterEdge& edge : edges) {
@@ -207,10 +247,21 @@ void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& lan
   num_blocks_summed_ = 0;
   right_side_.conservativeResize(n * kPoseDof);
   for (int a = 0; a < n; ++a) {
-    std::fill(matrix_.column[a].changed.begin(), matrix_.column[a].changed.end(), 0);
-    if (stale_column_[a]) sum_column(a, index.landmarks(a + 1), landmarks);
-    if (stale_side_[a]) sum_right_side(a, index.landmarks(a + 1), landmarks);
+    if (stale_column_[a]) clear_stale_blocks(a);
+    if (stale_side_[a]) right_side_.segment<6>(6 * a).setZero();
+    if (!stale_column_[a] && !stale_side_[a]) continue;
+    for (int l : index.landmarks(a + 1)) concerned_.insert(l);
   }
+  // Landmark by landmark: what one of them says of all its poses lies together.
+  for (int l : concerned_.sorted()) {
+    const FilterLandmark& landmark = landmarks[l];
+    for (std::size_t k = 0; k < landmark.eliminations.size(); ++k) {
+      const int a = landmark.eliminations[k].pose - 1;
+      if (a >= 0 && stale_column_[a]) add_sight(landmark, k);
+    }
+    add_right_side(landmark);
+  }
+  concerned_.clear();
   for (const FilterEdge& edge : edges) add_edge(edge);
   add_gauge(baseline);
   for (int a = 0; a < n; ++a)

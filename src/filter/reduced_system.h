@@ -13,6 +13,8 @@
 
 #include "filter/block_matrix.h"
 #include "filter/filter_state.h"
+#include "filter/landmark_set.h"
+#include "filter/pose_index.h"
 
 namespace eifmap {
 
@@ -41,8 +43,12 @@ class ReducedSystem {
            const std::vector<int>& touched, std::vector<FilterEdge>& edges,
            const Eigen::Vector3d& baseline);
 
+  // What was summed again since the last mark_factored() is marked as changed.
   const BlockMatrix& matrix() const { return matrix_; }
+  void mark_factored() { matrix_.clear_changed(); }
   const Eigen::VectorXd& right_side() const { return right_side_; }
+  // Sigmas, given the poses: of what the last sum() was told of, the landmark with most to go.
+  double largest_step_alone() const { return largest_step_alone_; }
   int num_blocks_summed() const { return num_blocks_summed_; }  // in the last sum()
 
  private:
@@ -51,27 +57,30 @@ class ReducedSystem {
   void mark_pairs(const FilterLandmark& landmark, bool may_insert);
   void mark_blocks(const FilterEdge& edge, bool may_insert);
   void touch_right_side(int pose);
-  void sum_column(int a, const std::vector<int>& seen,
-                  const std::vector<FilterLandmark>& landmarks);
-  void sum_right_side(int a, const std::vector<int>& seen,
-                      const std::vector<FilterLandmark>& landmarks);
+  void clear_stale_blocks(int a);
+  void add_sight(const FilterLandmark& landmark, std::size_t own);
+  void add_right_side(const FilterLandmark& landmark);
   void add_edge(const FilterEdge& edge);
-  void add_to_block(int i, int j, const PoseBlock& part);
+  PoseBlock* stale_block(int i, int j);
   void add_gauge(const Eigen::Vector3d& baseline);
 
   ScaleGauge gauge_;
   double gauge_weight_ = 0;
-  BlockMatrix matrix_;  // what the last sum() summed again is marked as changed
+  BlockMatrix matrix_;
   // Before a sum: what it must sum again.
   std::vector<std::vector<std::uint8_t>> stale_;  // per column, parallel to its blocks
   std::vector<std::uint8_t> stale_column_, stale_side_;
-  std::vector<int> slot_;  // of the column at hand: by row, the block's place; -1: not to be summed
+  LandmarkSet concerned_;
   Eigen::VectorXd right_side_;
+  double largest_step_alone_ = 0;
   int num_blocks_summed_ = 0;
 };
 
-// Writes Q and R^-1 of the landmark's present linearization: what it is eliminated by.
+// Writes R^-1 of the landmark's present linearization, and what eliminating it leaves to take off.
 void factor_landmark(FilterLandmark& landmark);
+
+// R times the step to its best place while its poses stand still: R V^-1 b.
+Eigen::Vector3d step_alone_in_sigmas(const FilterLandmark& landmark);
 
 // V^-1 of the present linearization: the feature's covariance given the poses. Zero when no
 // sighting says anything, as behind all cameras.

@@ -18,13 +18,13 @@ Eigen::MatrixXd whole_information(const InformationFilter& filter) {
     for (const PointMeasurement& m : filter.landmark(l).measurements) {
       Eigen::MatrixXd h = Eigen::MatrixXd::Zero(2, information.cols());
       h.middleCols<6>(6 * m.pose) = m.d_pose;
-      h.middleCols<3>(n + 3 * l) = m.d_landmark;
+      h.middleCols<3>(n + 3 * l) = to_landmark(m.d_pose);
       add(h);
     }
   for (const FilterEdge& edge : filter.edges()) {
     Eigen::MatrixXd h = Eigen::MatrixXd::Zero(5, information.cols());
-    h.middleCols<6>(6 * edge.i) = edge.linearization.d_i;
-    h.middleCols<6>(6 * edge.j) = edge.linearization.d_j;
+    h.middleCols<6>(6 * edge.i) = edge.frozen.d_i;
+    h.middleCols<6>(6 * edge.j) = edge.frozen.d_j;
     add(h);
   }
   return information;

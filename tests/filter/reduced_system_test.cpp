@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 namespace eifmap {
@@ -27,9 +28,11 @@ class World {
     FilterEdge& edge = edges_.back();
     edge.i = num_poses_ - 2;
     edge.j = num_poses_ - 1;
-    edge.linearization.d_i.setRandom();
-    edge.linearization.d_j.setRandom();
-    edge.linearization.residual.setRandom();
+    for (RelativePoseLinearization* l : {&edge.frozen, &edge.now}) {
+      l->d_i.setRandom();
+      l->d_j.setRandom();
+      l->residual.setRandom();
+    }
   }
 
   // Of a landmark drawn: linearized anew, a sight more, a sight less, or all gone.
@@ -83,11 +86,18 @@ class World {
     if (edges_.size() < 2) return;
     system_.before_removal(edges_.front());
     edges_.erase(edges_.begin());
-    edges_.back().linearization.d_i.setRandom();
+    edges_.back().frozen.d_i.setRandom();
     edges_.back().changed = true;
   }
 
   const ReducedSystem& system() const { return system_; }
+  void mark_factored() { system_.mark_factored(); }
+  int num_marked() const {
+    int marked = 0;
+    for (const BlockColumn& column : system_.matrix().column)
+      marked += static_cast<int>(std::count(column.changed.begin(), column.changed.end(), 1));
+    return marked;
+  }
 
  private:
   PoseIndex index() const {
@@ -101,7 +111,7 @@ class World {
   int draw(int below) { return std::uniform_int_distribution<int>(0, below - 1)(random_); }
   void linearize(PointMeasurement& m) {
     m.d_pose.setRandom();
-    m.d_landmark.setRandom();
+    m.d_pose_now.setRandom();
     m.residual.setRandom();
     m.linearized = true;
   }
@@ -144,6 +154,22 @@ TEST(ReducedSystem, SumsOnlyWhatChanged) {
   world.change();
   world.sum();
   EXPECT_LE(world.system().num_blocks_summed(), 10);  // four poses meet in ten blocks
+}
+
+// Several steps of the latest poses alone come between two factorizations.
+TEST(ReducedSystem, MarksWhatChangedUntilItIsFactored) {
+  World world(4);
+  world.sum();
+  world.mark_factored();
+  EXPECT_EQ(world.num_marked(), 0);
+  for (int i = 0; i < 5; ++i) world.change();
+  world.sum();
+  const int marked = world.num_marked();
+  EXPECT_GT(marked, 0);
+  world.sum();
+  EXPECT_EQ(world.num_marked(), marked);
+  world.mark_factored();
+  EXPECT_EQ(world.num_marked(), 0);
 }
 
 // A sight that came after the last sum, and is gone before the next, is in no pattern yet.

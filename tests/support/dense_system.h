@@ -9,7 +9,7 @@
 namespace eifmap::test {
 
 // The whole information matrix over poses (but the first) and landmarks, summed measurement by
-// measurement as [WD10] (7) says, with nothing eliminated.
+// measurement as [WD10] (7) says, with nothing eliminated; and the gradient at the mean.
 struct Dense {
   Eigen::MatrixXd information;
   Eigen::VectorXd right_side;
@@ -26,17 +26,21 @@ inline Dense dense_system(const InformationFilter& filter) {
     for (const PointMeasurement& m : filter.landmark(l).measurements) {
       Eigen::MatrixXd h = Eigen::MatrixXd::Zero(2, size);
       if (m.pose > 0) h.middleCols<6>(6 * (m.pose - 1)) = m.d_pose;
-      h.middleCols<3>(n + 3 * l) = m.d_landmark;
+      h.middleCols<3>(n + 3 * l) = to_landmark(m.d_pose);
       dense.information += h.transpose() * h;
+      if (m.pose > 0) h.middleCols<6>(6 * (m.pose - 1)) = m.d_pose_now;
+      h.middleCols<3>(n + 3 * l) = to_landmark(m.d_pose_now);
       dense.right_side += h.transpose() * m.residual;
     }
   }
   for (const FilterEdge& edge : filter.edges()) {
     Eigen::MatrixXd h = Eigen::MatrixXd::Zero(5, size);
-    if (edge.i > 0) h.middleCols<6>(6 * (edge.i - 1)) = edge.linearization.d_i;
-    if (edge.j > 0) h.middleCols<6>(6 * (edge.j - 1)) = edge.linearization.d_j;
+    if (edge.i > 0) h.middleCols<6>(6 * (edge.i - 1)) = edge.frozen.d_i;
+    if (edge.j > 0) h.middleCols<6>(6 * (edge.j - 1)) = edge.frozen.d_j;
     dense.information += h.transpose() * h;
-    dense.right_side += h.transpose() * edge.linearization.residual;
+    if (edge.i > 0) h.middleCols<6>(6 * (edge.i - 1)) = edge.now.d_i;
+    if (edge.j > 0) h.middleCols<6>(6 * (edge.j - 1)) = edge.now.d_j;
+    dense.right_side += h.transpose() * edge.now.residual;
   }
   return dense;
 }

@@ -1,4 +1,4 @@
-#include "filter/filter_state.h"
+#include "filter/pose_index.h"
 
 #include <algorithm>
 

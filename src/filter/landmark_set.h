@@ -1,0 +1,35 @@
+// Some of the landmarks.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace eifmap {
+
+class LandmarkSet {
+ public:
+  // Whether it was not in.
+  bool insert(int landmark) {
+    if (static_cast<std::size_t>(landmark) >= in_.size()) in_.resize(landmark + 1, 0);
+    if (in_[landmark]) return false;
+    in_[landmark] = 1;
+    members_.push_back(landmark);
+    return true;
+  }
+  void clear() {
+    for (int landmark : members_) in_[landmark] = 0;
+    members_.clear();
+  }
+  // In the order of their handles.
+  const std::vector<int>& sorted() {
+    std::sort(members_.begin(), members_.end());
+    return members_;
+  }
+
+ private:
+  std::vector<std::uint8_t> in_;
+  std::vector<int> members_;
+};
+
+}  // namespace eifmap
