@@ -17,7 +17,7 @@ struct Product {
 // Four numbers of a block at once: two of its columns are three such vectors.
 EIFMAP_VECTOR_CLONES
 void take_off(const Elimination& own, const Product* products, std::size_t count) {
-  using Four = double __attribute__((vector_size(32), aligned(8)));
+  using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
   constexpr int kFours = 9;  // of a block
   Four factor[3][kFours];
   for (int r = 0; r < 3; ++r)
