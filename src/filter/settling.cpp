@@ -117,6 +117,7 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
   std::vector<std::uint8_t> moves(poses_.size(), 0);
   for (int p = 1; p < num_poses(); ++p) {
     const auto delta = delta_poses.segment<6>(6 * (p - 1));
+    if (delta.isZero(0)) continue;  // not of the latest
     const double squared = delta.dot(system_.matrix().column[p - 1].block.back() * delta);
     if (squared <= still * still) continue;
     moves[p] = 1;
