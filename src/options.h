@@ -104,7 +104,8 @@ enum class Relinearize {
 struct FilterOptions {
   Relinearize relinearize = Relinearize::kThreshold;
   // Both of a map of up to 50 keyframes; of one with n, 50 / n of it. They decide how fast an
-  // update converges and how exact the covariances are, not where the map ends.
+  // update converges and how exact the covariances are, not, robust weights aside, where the map
+  // ends.
   double relinearize_px = 0.1;
   double relinearize_depth = 1e-3;  // share of its depth
   int max_iterations = 5;           // of all poses, per update

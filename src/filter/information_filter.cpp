@@ -63,13 +63,12 @@ void InformationFilter::add_measurement(int landmark, int pose, const Eigen::Vec
 }
 
 void InformationFilter::touch(int landmark) {
-  touched_.insert(landmark);
-  if (touched_in_update_.insert(landmark))
-    positions_before_.push_back({landmark, landmarks_[landmark].position});
+  touch(landmark, landmarks_[landmark].position);
 }
 
-void InformationFilter::touch_all() {
-  for (int l = 0; l < num_landmarks(); ++l) touch(l);
+void InformationFilter::touch(int landmark, const Eigen::Vector3d& position_before) {
+  touched_.insert(landmark);
+  if (touched_in_update_.insert(landmark)) positions_before_.push_back({landmark, position_before});
 }
 
 template <class Predicate>

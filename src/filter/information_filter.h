@@ -110,7 +110,7 @@ class InformationFilter {
   template <class Predicate>
   void remove_measurements(int landmark, Predicate predicate);
   void touch(int landmark);
-  void touch_all();
+  void touch(int landmark, const Eigen::Vector3d& position_before);
   void judge_edges();
   bool settle(FilterUpdate& update);
   bool next_step(bool ask_latest, Step& step);

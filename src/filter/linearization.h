@@ -1,10 +1,10 @@
 // When a measurement's derivatives are frozen anew at the mean.
 //
 // The matrix is summed of frozen derivatives, so that little of it changes; the gradient of those
-// at the mean, so that what the filter settles at is the least-squares mean itself, whatever is
-// frozen. How far a derivative may be off is a question of convergence and of the covariances: the
-// ways in which a long map bends or grows as a whole carry little information, and the errors of
-// all sights together must stay far below it.
+// at the mean, so that what the filter settles at is the least-squares mean itself (of the robust
+// weights as frozen), whatever is frozen. How far a derivative may be off is a question of
+// convergence and of the covariances: the ways in which a long map bends or grows as a whole carry
+// little information, and the errors of all sights together must stay far below it.
 #pragma once
 
 #include "filter/filter_state.h"

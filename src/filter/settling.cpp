@@ -9,9 +9,9 @@
 namespace eifmap {
 namespace {
 
-// Sigmas. A step delta that the gradient b asks for moves no linear function a of the map by more
-// than sqrt(delta'b) of its sigma: |a'delta| <= sqrt(a' I^-1 a) sqrt(b' I^-1 b). Below this the
-// mean stays.
+// Sigmas. A step delta that the gradient b asks for moves no linear function a of the poses by more
+// than sqrt(delta'b) of its sigma: |a'delta| <= sqrt(a' S^-1 a) sqrt(b' S^-1 b). Below this, and
+// where no landmark has further to go by itself, the mean stays.
 constexpr double kConverged = 5e-4;
 // Of one pose or landmark given all others. A smaller step is not worth looking at all that it
 // moves: it stays in the right-hand side until it has grown.
@@ -27,7 +27,7 @@ constexpr double kRough = 0.1, kMostly = 0.5;
 
 // Keyframes of a map that the thresholds are for. The ways in which a map bends as a whole carry
 // the less information the longer it is, while the errors of the frozen derivatives add up: in a
-// larger map they are held that much closer.
+// larger map what is looked at is held that much closer.
 constexpr double kSmall = 50;
 
 // A step this much larger than the one before, in squared sigmas, says that the matrix was frozen
@@ -128,6 +128,7 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
   touched_.clear();
   for (int l : in_question) {
     FilterLandmark& landmark = landmarks_[l];
+    const Eigen::Vector3d position_before = landmark.position;
     bool moved = false;
     for (PointMeasurement& m : landmark.measurements) {
       if (!moves[m.pose]) continue;
@@ -135,7 +136,7 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
       moved = true;
     }
     if (move_alone(landmark, moved ? 0 : still)) moved = true;
-    if (moved) touch(l);
+    if (moved) touch(l, position_before);
   }
   for (FilterEdge& edge : edges_) {
     Eigen::Matrix<double, 5, 1>& residual = edge.now.residual;

@@ -99,9 +99,8 @@ double Judge::typical_depth() const {
   return values[values.size() / 2];
 }
 
-// Map units a true metre over frames [first, end), in steps of ten frames: a step's own error is
-// small against it. 0 when the map has no such step.
-// The median over short parts of the way: a step by which the map corrects the poses is no motion.
+// Map units a true metre over frames [first, end): the median over short parts of the way, since a
+// step by which the map corrects the poses is no motion. 0 when the map has no such part.
 double Judge::scale(std::int64_t map, int first, int end) const {
   constexpr int kStep = 3;
   std::vector<double> scales;
