@@ -256,10 +256,4 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) const {
   return result;
 }
 
-std::size_t SparseCholesky::bytes() const {
-  std::size_t sum = 0;
-  for (const auto& node : nodes_) sum += node->panel.size() * sizeof(double);
-  return sum;
-}
-
 }  // namespace eifmap

@@ -31,7 +31,6 @@ class SparseCholesky {
   int num_nodes() const { return static_cast<int>(nodes_.size()); }
   int num_factored() const { return num_factored_; }
   bool was_ordered() const { return was_ordered_; }
-  std::size_t bytes() const;  // of the factor
 
  private:
   // Columns of L: on top a lower triangle, its own rows; below the rows that it meets.

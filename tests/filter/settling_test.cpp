@@ -61,9 +61,10 @@ TEST(Settling, LeavesTheMeanWithinAThousandthOfASigmaOfTheLeastSquaresOne) {
     Random random(seed);
     while (!feed.done()) {
       feed.add_next();
-      feed.filter().update();
+      const FilterUpdate update = feed.filter().update();
       if (feed.num_poses() < 6 || random.uniform(0, 1) < 0.85) continue;
-      feed.filter().update();
+      // One that has run out of steps goes on with the next.
+      if (update.iterations == options.max_iterations) feed.filter().update();
       EXPECT_LT(sigmas_from_the_least_squares_mean(feed.filter()), 1e-3)
           << "seed " << seed << ", " << feed.num_poses() << " poses";
     }
