@@ -168,6 +168,7 @@ template <OptionsOf<MapperOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("map_sign", o.map_sign);
   visit("sigma_factor", o.sigma_factor);
+  visit("max_sigma_growth", o.max_sigma_growth);
   visit("match", o.match);
   visit("relative_pose", o.relative_pose);
   visit("scale_fit", o.scale_fit);

@@ -109,6 +109,7 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["tracked"] = published_.size();
   report["coverage"] = per_frame(static_cast<double>(final_trajectory.size()));
   report["keyframes"] = statistics.keyframes;
+  report["sigma_factor"] = statistics.sigma_factor;
   report["landmarks"] = statistics.landmarks;
   report["observations"] = statistics.observations;
   report["edges"] = statistics.edges;

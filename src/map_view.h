@@ -115,6 +115,7 @@ struct MapperStatistics {
   std::int64_t frames = 0;   // processed, rejected ones left out
   std::int64_t tracked = 0;  // with a pose at the time
   std::int64_t keyframes = 0, landmarks = 0, observations = 0, edges = 0;  // in the current map
+  double sigma_factor = 0;  // of the current map: what it multiplies keypoints' sigmas by
   std::int64_t starts = 0, losses = 0, rejected = 0;
   // FrameResult::num_moving: of all frames, of the one with the most, and the frames with any.
   std::int64_t moving_matches = 0, most_moving = 0, frames_with_moving = 0;

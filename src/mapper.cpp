@@ -66,6 +66,7 @@ void Mapper::State::count_map() {
   const Map& map = live->map();
   statistics.keyframes = map.num_keyframes();
   statistics.landmarks = map.num_landmarks();
+  statistics.sigma_factor = map.sigma_factor();
   statistics.edges = map.filter().num_edges();
   statistics.observations = static_cast<std::int64_t>(map.filter().num_measurements());
 }
@@ -112,7 +113,7 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     ObservedFrame observed;
     {
       const Step step(state.observer, "observe");
-      observed = observe(frame, state.camera, state.map_sign, state.options.sigma_factor);
+      observed = observe(frame, state.camera, state.map_sign, state.sigma_factor());
     }
     if (!state.live)
       state.start_map(std::move(observed), result);

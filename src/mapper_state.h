@@ -74,6 +74,7 @@ struct Mapper::State {
   void begin_stream(const FeatureFrame& frame);
   void count(const FrameResult& result);
   void count_map();
+  double sigma_factor() const { return live ? live->map().sigma_factor() : options.sigma_factor; }
   const FinishedMap* largest(FinishedMap& scratch) const;
 
   // mapper_tracking.cpp: a frame's pose, lost and found

@@ -82,6 +82,7 @@ MapperOptions MapperOptions::paper() {
   paper.relative_pose.covariance = RelativePoseCovariance::kUnscented;
   paper.scale_fit.method = ScaleFitMethod::kPlain;
   paper.start.triangulated_keyframes = 3;
+  paper.max_sigma_growth = 1;
   paper.tracking.refine = false;
   paper.tracking.older_reference = false;
   paper.tracking.fall_back = false;
@@ -96,6 +97,7 @@ MapperOptions MapperOptions::paper() {
 
 std::string MapperOptions::problem() const {
   if (!(sigma_factor > 0)) return say("sigma_factor", sigma_factor, "above 0");
+  if (!(max_sigma_growth >= 1)) return say("max_sigma_growth", max_sigma_growth, "1 or more");
   if (!(tracking.search_sigma >= 0))
     return say("tracking.search_sigma", tracking.search_sigma, "0 or more");
   if (!(tracking.min_inlier_ratio >= 0 && tracking.min_inlier_ratio <= 1))

@@ -135,6 +135,8 @@ struct MapperOptions {
   // different: measured on real pairs, matches that fit the epipolar geometry scatter by twice
   // that.
   double sigma_factor = 2.0;
+  // Where the map shows that it is more, up to so many times as much (map/sight_noise.h); 1: never.
+  double max_sigma_growth = 3.0;
   MatchOptions match;
   RelativePoseOptions relative_pose;
   ScaleFitOptions scale_fit;

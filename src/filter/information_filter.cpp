@@ -91,6 +91,14 @@ void InformationFilter::remove_landmark(int landmark) {
   remove_measurements(landmark, [](const PointMeasurement&) { return true; });
 }
 
+void InformationFilter::scale_sigmas(double factor) {
+  if (!(factor > 0)) throw std::invalid_argument("InformationFilter: factor not positive");
+  for (FilterLandmark& landmark : landmarks_)
+    for (PointMeasurement& m : landmark.measurements) m.sigma *= factor;
+  for (FilterEdge& edge : edges_) edge.measurement.sqrt_information /= factor;
+  linearize_all_anew();
+}
+
 bool InformationFilter::add_edge(int i, int j, const RelativePose& pose) {
   if (i == j || std::min(i, j) < 0 || std::max(i, j) >= num_poses())
     throw std::invalid_argument("InformationFilter: an edge needs two known poses");
@@ -143,6 +151,23 @@ void InformationFilter::judge_edges() {
   for (FilterEdge& edge : edges_) edge.changed = true;
 }
 
+void InformationFilter::judge_newest(FilterUpdate& update) const {
+  constexpr std::size_t kSeenWell = 4;  // sights: a landmark gives way to fewer
+  constexpr double kQuantile = 0.5;
+  const double if_right = std::sqrt(-2 * std::log(1 - kQuantile));  // of the norm of two normals
+  const int newest = num_poses() - 1;
+  std::vector<double> errors;
+  for (int l : index_.landmarks(newest))
+    for (const PointMeasurement& m : landmarks_[l].measurements)
+      if (m.pose == newest && landmarks_[l].measurements.size() >= kSeenWell)
+        errors.push_back(error(l, m));
+  update.num_newest = static_cast<int>(errors.size());
+  if (errors.empty()) return;
+  const auto place = static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(errors.size()));
+  std::nth_element(errors.begin(), errors.begin() + place, errors.end());
+  update.newest_spread = errors[static_cast<std::size_t>(place)] / if_right;
+}
+
 FilterUpdate InformationFilter::update() {
   FilterUpdate result;
   if (num_poses() < 2) return result;
@@ -167,6 +192,7 @@ FilterUpdate InformationFilter::update() {
     result.reason = Reason::kFilterFailed;
     return result;
   }
+  judge_newest(result);
   drop_sights(touched_in_update_.sorted(), options_.gate_sigma, result);
   for (int l : touched_in_update_.sorted()) {
     FilterLandmark& landmark = landmarks_[l];

@@ -44,6 +44,11 @@ struct FilterUpdate {
   std::size_t relinearized = 0;   // sights, summed over the steps
   std::vector<Dropped> dropped;   // sightings that do not fit and were taken out
   int dropped_edges = 0;
+  // Of the newest pose's sights of landmarks that are seen well, before what does not fit was taken
+  // out: the quantile of their whitened errors that is 1 where their sigmas are right, whatever a
+  // minority of wrong ones says.
+  double newest_spread = 0;
+  int num_newest = 0;  // of how many; 0: no spread
 };
 
 class InformationFilter {
@@ -59,6 +64,8 @@ class InformationFilter {
   void add_measurement(int landmark, int pose, const Eigen::Vector2d& x, double sigma);
   void remove_measurement(int landmark, int pose);
   void remove_landmark(int landmark);
+  // Multiplies the sigmas of all sights and edges so far. The next update looks at everything.
+  void scale_sigmas(double factor);
   // False when the covariance cannot be inverted.
   bool add_edge(int i, int j, const RelativePose& pose);
 
@@ -127,6 +134,7 @@ class InformationFilter {
   }
   void drop_sights(const std::vector<int>& landmarks, double gate, FilterUpdate& update);
   bool drop_edges(FilterUpdate& update);
+  void judge_newest(FilterUpdate& update) const;
 
   FilterOptions options_;
   double radians_per_pixel_;

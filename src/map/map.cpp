@@ -10,7 +10,8 @@ namespace eifmap {
 
 Map::Map(const Camera& camera, const MapperOptions& options)
     : radians_per_pixel_(camera.radians_per_pixel()),
-      filter_(options.filter, camera.radians_per_pixel()) {}
+      filter_(options.filter, camera.radians_per_pixel()),
+      noise_(options) {}
 
 int Map::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
                       const Rigid3& world_from_camera) {
@@ -38,10 +39,15 @@ bool Map::add_sight(int track, const Sight& sight) {
   if (place != t.sights.end() && place->keyframe == sight.keyframe) return false;
   t.sights.insert(place, sight);
   keyframe.track[sight.keypoint] = track;
-  if (t.is_landmark())
-    filter_.add_measurement(t.landmark, sight.keyframe, keyframe.observed().x[sight.keypoint],
-                            keyframe.observed().sigma[sight.keypoint]);
+  if (t.is_landmark()) add_measurement(t.landmark, sight);
   return true;
+}
+
+void Map::add_measurement(int landmark, const Sight& sight) {
+  const ObservedFrame& observed = keyframes_[sight.keyframe].observed();
+  filter_.add_measurement(
+      landmark, sight.keyframe, observed.x[sight.keypoint],
+      observed.sigma[sight.keypoint] * (sigma_factor() / observed.sigma_factor));
 }
 
 void Map::remove_sight(int track, int keyframe) {
@@ -70,11 +76,7 @@ void Map::promote(int track, const Eigen::Vector3d& position, const Eigen::Matri
   t.landmark = filter_.add_landmark(position, covariance);
   track_of_landmark_.push_back(track);
   ++num_landmarks_;
-  for (const Sight& s : t.sights) {
-    const ObservedFrame& observed = keyframes_[s.keyframe].observed();
-    filter_.add_measurement(t.landmark, s.keyframe, observed.x[s.keypoint],
-                            observed.sigma[s.keypoint]);
-  }
+  for (const Sight& s : t.sights) add_measurement(t.landmark, s);
 }
 
 void Map::spend(MapEdge edge) {
@@ -87,6 +89,7 @@ void Map::spend(MapEdge edge) {
 
 FilterUpdate Map::update() {
   FilterUpdate update = filter_.update();
+  if (const double change = noise_.follow(update); change != 1) filter_.scale_sigmas(change);
   for (const FilterUpdate::Dropped& dropped : update.dropped) {
     const int track = track_of_landmark_[dropped.landmark];
     remove_sight(track, dropped.pose);

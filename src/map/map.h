@@ -11,6 +11,7 @@
 #include "filter/information_filter.h"
 #include "geometry/rigid3.h"
 #include "map/observed_frame.h"
+#include "map/sight_noise.h"
 #include "map_view.h"
 #include "options.h"
 
@@ -96,13 +97,18 @@ class Map {
   double median_depth(int keyframe) const;
 
   double radians_per_pixel() const { return radians_per_pixel_; }
+  // What sigmas of keypoints are multiplied by: those of all sights so far, and of frames to come.
+  double sigma_factor() const { return noise_.factor(); }
 
  private:
+  void add_measurement(int landmark, const Sight& sight);
+
   double radians_per_pixel_;
   std::vector<Keyframe> keyframes_;
   std::vector<Track> tracks_;
   std::vector<MapEdge> edges_;
   InformationFilter filter_;
+  SightNoise noise_;
   std::vector<int> track_of_landmark_;
   int num_landmarks_ = 0;
 };

@@ -28,6 +28,7 @@ ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, MapSign m
   ObservedFrame observed;
   observed.frame = frame;
   observed.map_sign = map_sign;
+  observed.sigma_factor = sigma_factor;
   observed.x.reserve(frame.keypoints.size());
   observed.sigma.reserve(frame.keypoints.size());
   std::vector<bool> in_view;

@@ -18,6 +18,7 @@ struct ObservedFrame {
   FeatureFrame frame;              // without the keypoints beyond kMaxViewAngle
   std::vector<Eigen::Vector2d> x;  // per keypoint: normalized image coordinates
   std::vector<double> sigma;       // per keypoint: of x, each axis
+  double sigma_factor = 1;         // that is in it
   FeatureGroup minus, plus;        // [WD10] II: by Laplacian sign; the two are never matched
   MapSign map_sign = MapSign::kMinus;
 
@@ -32,7 +33,7 @@ struct ObservedFrame {
   }
 };
 
-// `sigma_factor`: MapperOptions.
+// `sigma_factor`: what the keypoints' sigmas are multiplied by (MapperOptions, SightNoise).
 ObservedFrame observe(const FeatureFrame& frame, const Camera& camera, MapSign map_sign,
                       double sigma_factor);
 

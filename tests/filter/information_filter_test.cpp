@@ -208,6 +208,26 @@ TEST(InformationFilter, AWrongEdgeGoesWithoutTakingSightsAlong) {
   EXPECT_LT(pose_error(clean.filter.pose(6), disturbed.filter.pose(6)).norm(), 1e-2);
 }
 
+TEST(InformationFilter, ScaledSigmasScaleTheCovariancesAndMoveNothing) {
+  FilterOptions options;
+  options.huber_sigma = options.gate_sigma = 100;  // weights do not change
+  options.judge_edges = false;
+  options.relinearize = Relinearize::kAlways;
+  FilterWorld world = make_filter_world({}, options);
+  world.filter.add_edge(2, 7, true_edge(world, 2, 7, 1e-6));
+  for (int i = 0; i < 3; ++i) world.filter.update();
+  const int last = world.filter.num_poses() - 1;
+  PoseBlock before, after;
+  ASSERT_TRUE(world.filter.pose_covariance(last, before));
+  const Rigid3 pose = world.filter.pose(last);
+  world.filter.scale_sigmas(3);
+  ASSERT_EQ(world.filter.update().reason, Reason::kNone);
+  ASSERT_TRUE(world.filter.pose_covariance(last, after));
+  EXPECT_LT((after - 9 * before).norm(), 1e-3 * after.norm());
+  EXPECT_LT(pose_error(pose, world.filter.pose(last)).norm(), 1e-3 * std::sqrt(before.trace()));
+  EXPECT_THROW(world.filter.scale_sigmas(0), std::invalid_argument);
+}
+
 TEST(InformationFilter, KnowsNoCovarianceBeforeItHasSolved) {
   FilterWorld world = make_filter_world({.seed = 17});
   PoseBlock covariance;
