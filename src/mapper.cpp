@@ -68,6 +68,9 @@ void Mapper::State::count_map() {
   statistics.landmarks = map.num_landmarks();
   statistics.edges = map.filter().num_edges();
   statistics.observations = static_cast<std::int64_t>(map.filter().num_measurements());
+  for (const MeasurementKind kind : {MeasurementKind::kSight, MeasurementKind::kEdge})
+    statistics.nis[kind] = nis.ratio(kind);
+  statistics.sigma_suspect = nis.alarm();
 }
 
 const FinishedMap* Mapper::State::largest(FinishedMap& scratch) const {
@@ -121,6 +124,7 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     else
       state.track(std::move(observed), result);
     state.calibration.warn(result);
+    state.nis.warn(result, state.options.sigma_factor);
     result.adopted_job = std::exchange(state.adopted_job, 0);
     result.map_updated = std::exchange(state.map_changed, false);
   }

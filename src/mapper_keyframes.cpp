@@ -43,6 +43,7 @@ Reason Mapper::State::adopt(KeyframeJob job) {
     live->last.pose = work.after->pose(work.insertion.keyframe);
   live->spare = std::exchange(live->current, std::move(work.after));
   live->update = std::move(work.update);
+  nis.add(work.insertion.innovations, live->map().filter().correlation().variance_factor());
   live->most_tracked.push_back(static_cast<int>(work.tracking.sights.size()));
   live->log.make_keyframe(work.observed->frame.time_us, work.insertion.keyframe);
   live->reference = work.insertion.keyframe;

@@ -12,6 +12,7 @@
 #include "map/calibration_check.h"
 #include "map/live_map.h"
 #include "map/map_start.h"
+#include "map/nis_monitor.h"
 #include "map/tracking.h"
 #include "mapper.h"
 
@@ -49,6 +50,7 @@ struct Mapper::State {
   StepObserver observer;
   MapStart start;
   CalibrationCheck calibration;
+  NisMonitor nis;
   std::optional<LiveMap> live;
   std::optional<FinishedMap> finished;  // the largest of those given up
   std::int64_t map_id = 0;

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "geometry/robust.h"
@@ -30,6 +31,18 @@ bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
   return std::any_of(neighbours.begin(), neighbours.end(), [&](int k) {
     return distance(k) > 0 && add_edge_from_map(map, k, keyframe, options);
   });
+}
+
+// Of the edge added last.
+void add_innovation(const Map& map, const std::optional<FrameError>& error, NisSum& sum) {
+  if (!error) return;
+  const InformationFilter& filter = map.filter();
+  const std::optional<double> squared =
+      squared_innovation(map, filter.edges().back(), *error, filter.edge_variance());
+  if (!squared) return;
+  const bool within = *squared < kEdgeNisGate * kEdgeNisGate;
+  ++(within ? sum.count : sum.beyond);
+  if (within) sum.squared += *squared;
 }
 
 // Information is lost by it, consistency is not.
@@ -111,10 +124,17 @@ Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observe
                           const MapperOptions& options) {
   const Before before{map.pose(tracking.reference),
                       median_sight_depth(map, tracking.world_from_camera, tracking.sights)};
+  Innovations innovations;
+  innovations.sights = innovations_of_sights(map, *observed, tracking);
+  std::optional<FrameError> error(std::in_place);
+  if (!options.edge.enabled ||
+      !frame_error(map, *observed, tracking, options.absolute_pose, *error))
+    error.reset();
   const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);
   for (const LandmarkSight& sight : tracking.sights)
     map.add_sight(sight.track, {k, sight.keypoint});
   const bool has_edge = options.edge.enabled && add_relative_pose(map, k, tracking, options);
+  if (has_edge) add_innovation(map, error, innovations.edges);
   extend_tracks(map, k, options,
                 {sigma_centre(tracking),
                  static_cast<int>(tracking.sights.size()) < options.landmark.few_tracked,
@@ -122,7 +142,7 @@ Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observe
   const FilterUpdate update = map.update();
   const Reason reason = judge_update(map, k, tracking, before, update);
   cull(map, k, hardly_seen);
-  return {k, reason};
+  return {k, reason, innovations};
 }
 
 }  // namespace eifmap

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "map/innovations.h"
 #include "map/map.h"
 #include "map/tracking.h"
 
@@ -22,6 +23,7 @@ bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual
 struct Insertion {
   int keyframe = 0;
   Reason reason = Reason::kNone;  // or kFilterFailed, kScaleJump: the map is not to be trusted
+  Innovations innovations;        // of its measurements, before the update
 };
 
 // Pose, measurements, relative-pose edge, new features, update of the filter, culling: also of the
