@@ -64,7 +64,7 @@ void Mapper::State::count(const FrameResult& result) {
 void Mapper::State::count_map() {
   if (!live) return;
   const Map& map = live->map();
-  statistics.keyframes = map.num_keyframes();
+  statistics.keyframes = map.num_keyframes_in_use();
   statistics.landmarks = map.num_landmarks();
   statistics.edges = map.filter().num_edges();
   statistics.observations = static_cast<std::int64_t>(map.filter().num_measurements());

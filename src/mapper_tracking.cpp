@@ -122,8 +122,13 @@ Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
   const auto add = [&keyframes](int k) {
     if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
   };
-  for (int k = n - 1; k >= std::max(0, n - kNewest); --k) add(k);
-  for (int k = 0; k < kOthers; ++k) add(live->next_to_try++ % n);
+  const auto next_in_use = [&] {
+    while (live->map().is_removed(live->next_to_try % n)) ++live->next_to_try;
+    return live->next_to_try++ % n;
+  };
+  for (int k = n - 1, found = 0; k >= 0 && found < kNewest; --k)
+    if (!live->map().is_removed(k)) add(k), ++found;
+  for (int k = 0; k < kOthers; ++k) add(next_in_use());
   return relocalize(live->map(), observed, keyframes, options);
 }
 

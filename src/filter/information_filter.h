@@ -12,6 +12,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -46,6 +47,12 @@ struct FilterUpdate {
   int dropped_edges = 0;
 };
 
+// Of InformationFilter::iterate_whole().
+struct WholeIteration {
+  bool ok = false;          // else the matrix cannot be factored, and the mean is as before
+  double squared_step = 0;  // sigmas, as the gradient asks for
+};
+
 class InformationFilter {
  public:
   // `radians_per_pixel` turns the options' pixels into normalized image coordinates.
@@ -59,12 +66,22 @@ class InformationFilter {
   void add_measurement(int landmark, int pose, const Eigen::Vector2d& x, double sigma);
   void remove_measurement(int landmark, int pose);
   void remove_landmark(int landmark);
+  // Takes out a pose with all that was measured from it; any but the first two, which are the
+  // gauge. Its handle stays valid and is not used again: the pose has no covariance, and is
+  // wherever carry() says.
+  void remove_pose(int pose);
+  bool is_removed(int pose) const { return removed_[pose] != 0; }
+  void carry(int removed_pose, const Rigid3& world_from_camera);
   // False when the covariance cannot be inverted.
   bool add_edge(int i, int j, const RelativePose& pose);
 
   // Moves the mean to where it belongs; then drops what does not fit. What stays further than a
   // thousandth of its sigma from the exact least-squares mean goes on with the next update.
   FilterUpdate update();
+
+  // One Gauss-Newton step of everything: all measurements are linearized, all blocks summed and
+  // factored anew, all poses and landmarks moved. What an update does only where it must.
+  WholeIteration iterate_whole();
 
   int num_poses() const { return static_cast<int>(poses_.size()); }
   int num_landmarks() const { return static_cast<int>(landmarks_.size()); }  // removed ones too
@@ -123,7 +140,8 @@ class InformationFilter {
   void set_pose(int pose, const Rigid3& world_from_camera);
   void undo();
   bool knows(int pose) const {
-    return cholesky_.has_factor() && pose >= 0 && pose <= system_.matrix().size();
+    return cholesky_.has_factor() && pose >= 0 && pose <= system_.matrix().size() &&
+           removed_[pose] == 0;
   }
   void drop_sights(const std::vector<int>& landmarks, double gate, FilterUpdate& update);
   bool drop_edges(FilterUpdate& update);
@@ -132,6 +150,8 @@ class InformationFilter {
   double radians_per_pixel_;
   std::vector<Rigid3> poses_;
   std::vector<Projector> projectors_;  // of the poses
+  std::vector<std::uint8_t> removed_;  // by pose
+  int num_removed_ = 0;                // poses
   std::vector<FilterLandmark> landmarks_;
   std::vector<FilterEdge> edges_;
   PoseIndex index_;
@@ -146,6 +166,7 @@ class InformationFilter {
   bool has_gauge_ = false;
   ReducedSystem system_;     // over all poses but the first
   SparseCholesky cholesky_;  // of the last update's matrix; as new where that failed
+  bool shrunk_ = false;      // the matrix has lost blocks since
   CorrelationSums correlation_sums_;
   SightCorrelation correlation_;  // as of the last update
 };

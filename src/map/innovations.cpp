@@ -17,7 +17,7 @@ NisSum innovations_of_sights(const Map& map, const ObservedFrame& observed,
     Eigen::Vector2d predicted;
     Eigen::Matrix<double, 2, 3> d_point;
     if (!projector(map.position(sight.track), predicted, nullptr, &d_point)) continue;
-    const double sigma = observed.sigma[sight.keypoint];
+    const double sigma = observed.sigma.at(sight.keypoint);
     Eigen::Matrix2d noise = d_point * map.position_covariance(sight.track) * d_point.transpose();
     noise.diagonal().array() += sigma * sigma;
     const Eigen::Vector2d residual = observed.x[sight.keypoint] - predicted;
