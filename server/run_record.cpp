@@ -127,6 +127,8 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["moving_matches"] = {{"total", statistics.moving_matches},
                               {"most", statistics.most_moving},
                               {"frames", statistics.frames_with_moving}};
+  report["bound"] = {{"removed_keyframes", statistics.removed_keyframes},
+                     {"removed_landmarks", statistics.removed_landmarks}};
   report["nis"] = nis_json(statistics);
   report["rejected"] = rejected;
   report["rolls_unseen"] = rolls_unseen_;

@@ -218,6 +218,8 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
     status.diagnostics.push_back(
         diagnostic("frames." + std::string(eifmap::describe(reason).name), count));
   describe_nis(status, statistics);
+  status.diagnostics.push_back(diagnostic("bound.removed_keyframes", statistics.removed_keyframes));
+  status.diagnostics.push_back(diagnostic("bound.removed_landmarks", statistics.removed_landmarks));
   status.diagnostics.push_back(diagnostic("moving.now", std::int64_t{last_.num_moving}));
   status.diagnostics.push_back(diagnostic("moving.most", statistics.most_moving));
   status.diagnostics.push_back(diagnostic("moving.frames", statistics.frames_with_moving));

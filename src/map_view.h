@@ -126,6 +126,8 @@ struct MapperStatistics {
   std::int64_t frames = 0;   // processed, rejected ones left out
   std::int64_t tracked = 0;  // with a pose at the time
   std::int64_t keyframes = 0, landmarks = 0, observations = 0, edges = 0;  // in the current map
+  // From it, to stay within its bounds.
+  std::int64_t removed_keyframes = 0, removed_landmarks = 0;
   std::int64_t starts = 0, losses = 0, rejected = 0;
   // FrameResult::num_moving: of all frames, of the one with the most, and the frames with any.
   std::int64_t moving_matches = 0, most_moving = 0, frames_with_moving = 0;

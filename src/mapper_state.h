@@ -84,6 +84,7 @@ struct Mapper::State {
   void find_again(ObservedFrame observed, FrameResult& result);
   void lose(std::int64_t time_us, FrameResult& result);
   void accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
+  void add_frame(const ObservedFrame& observed, const Tracking& tracking, FrameResult& result);
   Tracking try_track(const ObservedFrame& observed);
   Tracking try_to_go_on(const ObservedFrame& observed);
   Tracking try_relocalize(const ObservedFrame& observed);
@@ -93,6 +94,8 @@ struct Mapper::State {
   // mapper_keyframes.cpp: a frame's way into the map
   void add_keyframe(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking,
                     FrameResult& result);
+  bool takes_keyframes();
+  void warn_of_bounds(FrameResult& result) const;
   KeyframeJob make_job(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking);
   Reason adopt(KeyframeJob job);
   KeyframeJob finish_job();

@@ -173,15 +173,23 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   const Usual usual{most_tracked, live->history.is_odd_step(step_px)};
   live->history.add(step_px);
   live->sight_counts.add(map, tracking);
-  const bool as_keyframe = !job_runs && wants_keyframe(map, tracking, usual, options);
+  const bool as_keyframe =
+      !job_runs && wants_keyframe(map, tracking, usual, options) && takes_keyframes();
   if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
-  PoseBlock covariance;
-  const bool known = frame_covariance(map, *shared, tracking, options.absolute_pose, covariance);
-  set_covariance(known, covariance, result);
-  live->log.add(result.time_us, tracking.reference, result.reference_from_camera);
+  add_frame(*shared, tracking, result);
   if (!as_keyframe) return;
   runner->start(make_job(shared, tracking));
   job_runs = true;
+}
+
+// One that is no keyframe.
+void Mapper::State::add_frame(const ObservedFrame& observed, const Tracking& tracking,
+                              FrameResult& result) {
+  PoseBlock covariance;
+  const bool known =
+      frame_covariance(live->map(), observed, tracking, options.absolute_pose, covariance);
+  set_covariance(known, covariance, result);
+  live->log.add(result.time_us, tracking.reference, result.reference_from_camera);
 }
 
 }  // namespace eifmap

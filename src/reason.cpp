@@ -81,6 +81,9 @@ constexpr std::array kTexts{
                "covariances are wrong by as much",
                "set mapper.sigma_factor as the numbers say, or check what disturbs the images: "
                "rolling shutter, a calibration that is off, compression"},
+    ReasonText{Reason::kMapFull, "MAP_FULL",
+               "the map has reached its bound: for what comes, what says least is taken out",
+               "raise mapper.bound.max_keyframes or max_landmarks, or begin a new map"},
     ReasonText{Reason::kInternalError, "INTERNAL_ERROR",
                "a fault inside eifmap; the frame was left out", "please report it with the log"},
 };

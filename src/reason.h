@@ -39,6 +39,7 @@ enum class Reason : std::int16_t {
   // Said of poses that are given all the same
   kCalibrationSuspect = 51,
   kSigmaSuspect = 52,
+  kMapFull = 53,
   // The server's own
   kInternalError = 60,
 };

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "geometry/robust.h"
+#include "map/map_bounds.h"
 
 namespace eifmap {
 namespace {
@@ -124,25 +125,36 @@ Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observe
                           const MapperOptions& options) {
   const Before before{map.pose(tracking.reference),
                       median_sight_depth(map, tracking.world_from_camera, tracking.sights)};
-  Innovations innovations;
-  innovations.sights = innovations_of_sights(map, *observed, tracking);
+  Insertion insertion;
+  NisSum& edges = insertion.innovations.edges;
+  insertion.innovations.sights = innovations_of_sights(map, *observed, tracking);
   std::optional<FrameError> error(std::in_place);
   if (!options.edge.enabled ||
       !frame_error(map, *observed, tracking, options.absolute_pose, *error))
     error.reset();
+  insertion.removed_keyframes = make_room(map, tracking.reference, options.bound);
+  insertion.removed_landmarks = drop_landmarks(map, tracking.reference, options.bound);
+  const bool no_keyframe_more =
+      options.bound.max_keyframes > 0 && map.num_keyframes_in_use() >= options.bound.max_keyframes;
+  if (no_keyframe_more || is_crowded(map, options.bound)) {
+    insertion.reason = Reason::kMapFull;
+    return insertion;
+  }
   const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);
-  for (const LandmarkSight& sight : tracking.sights)
-    map.add_sight(sight.track, {k, sight.keypoint});
+  for (const LandmarkSight& sight : tracking.sights)  // but those that had to make room
+    if (map.track(sight.track).is_landmark()) map.add_sight(sight.track, {k, sight.keypoint});
   const bool has_edge = options.edge.enabled && add_relative_pose(map, k, tracking, options);
-  if (has_edge) add_innovation(map, error, innovations.edges);
+  if (has_edge) add_innovation(map, error, edges);
   extend_tracks(map, k, options,
                 {sigma_centre(tracking),
                  static_cast<int>(tracking.sights.size()) < options.landmark.few_tracked,
                  options.landmark.promote_omega_p && !has_edge});
   const FilterUpdate update = map.update();
-  const Reason reason = judge_update(map, k, tracking, before, update);
+  insertion.keyframe = k;
+  insertion.reason = judge_update(map, k, tracking, before, update);
   cull(map, k, hardly_seen);
-  return {k, reason, innovations};
+  insertion.removed_landmarks += drop_landmarks(map, k, options.bound);
+  return insertion;
 }
 
 }  // namespace eifmap

@@ -81,7 +81,7 @@ class Map {
   // that relative to the keyframe that shared the most with it, so that frames which are placed
   // relative to it can still be placed. The filter takes notice in the next update(). Not of the
   // first two, which are the gauge, nor of a removed one: std::invalid_argument. What is left must
-  // hold together: the caller's to see to (redundancy.h).
+  // hold together: the caller's to see to (map_bounds.h).
   void remove_keyframe(int keyframe);
   int newest() const;  // keyframe in use
   bool is_removed(int keyframe) const { return keyframes_[keyframe].removed(); }

@@ -39,7 +39,7 @@ double rss_mib() {
 }
 
 struct Options {
-  int keyframes = 5000, lap = 5000, every = 250;
+  int keyframes = 5000, lap = 5200, every = 250;
   double points = 54;  // made for each keyframe; about 50 of them are seen three times
   bool copies = false;
   std::string csv;

@@ -85,6 +85,9 @@ bool add_run(const Options& options, int seed, Totals& totals) {
       "edges %.2f, %s\n",
       seed, run.tracked, run.frames, static_cast<int>(run.statistics.losses), keyframes, published,
       final, within, along, sights, edges, said_of(run).c_str());
+  if (run.statistics.losses > 0)
+    for (const auto& [reason, frames] : run.statistics.reasons)
+      std::printf("  %s: %d frames\n", describe(reason).name, static_cast<int>(frames));
   std::fflush(stdout);
   ++totals.runs;
   totals.keyframes += keyframes;
