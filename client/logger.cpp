@@ -77,6 +77,7 @@ Json json_of(const status_t& status) {
   json["latency_ms_p99"] = status.latency_ms_p99;
   json["keyframes"] = status.num_keyframes;
   json["landmarks"] = status.num_landmarks;
+  json["nis_ratio"] = status.nis_ratio;
   json["rss_bytes"] = status.rss_bytes;
   for (const diagnostic_t& diagnostic : status.diagnostics)
     json["diagnostics"][diagnostic.key] = diagnostic.value;

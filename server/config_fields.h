@@ -164,6 +164,12 @@ void visit_fields(O& o, auto&& visit) {
   visit("new_map_after_s", o.new_map_after_s);
 }
 
+template <OptionsOf<BoundOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("max_keyframes", o.max_keyframes);
+  visit("max_landmarks", o.max_landmarks);
+}
+
 template <OptionsOf<MapperOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("map_sign", o.map_sign);
@@ -180,6 +186,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("edge", o.edge);
   visit("filter", o.filter);
   visit("lost", o.lost);
+  visit("bound", o.bound);
 }
 
 template <OptionsOf<ServerConfig> O>

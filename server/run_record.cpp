@@ -30,6 +30,16 @@ Json sources_json(const std::map<PoseSource, std::int64_t>& counts) {
   return json;
 }
 
+Json nis_json(const MapperStatistics& statistics) {
+  Json json = Json::object();
+  for (const auto& [kind, nis] : statistics.nis)
+    if (nis.count > 0)
+      json[std::string(name(kind))] = {
+          {"ratio", nis.ratio}, {"sigma", nis.sigma}, {"count", nis.count}, {"beyond", nis.beyond}};
+  json["suspect"] = statistics.sigma_suspect;
+  return json;
+}
+
 Json steps_json(const StepTimer& timer) {
   Json json = Json::object();
   for (const auto& [step, time] : timer.summary())
@@ -118,6 +128,9 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["moving_matches"] = {{"total", statistics.moving_matches},
                               {"most", statistics.most_moving},
                               {"frames", statistics.frames_with_moving}};
+  report["bound"] = {{"removed_keyframes", statistics.removed_keyframes},
+                     {"removed_landmarks", statistics.removed_landmarks}};
+  report["nis"] = nis_json(statistics);
   report["rejected"] = rejected;
   report["rolls_unseen"] = rolls_unseen_;
   report["pose_sources"] = sources_json(statistics.sources);

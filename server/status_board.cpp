@@ -3,7 +3,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <climits>
+#include <cstdio>
 #include <fstream>
 
 #include "convert/limits.h"
@@ -26,11 +28,33 @@ std::int64_t resident_bytes() {
   return resident * sysconf(_SC_PAGESIZE);
 }
 
-diagnostic_t diagnostic(const std::string& key, std::int64_t value) {
+diagnostic_t diagnostic(const std::string& key, std::string value) {
   diagnostic_t entry;
   entry.key = key;
-  entry.value = std::to_string(value);
+  entry.value = std::move(value);
   return entry;
+}
+
+diagnostic_t diagnostic(const std::string& key, std::int64_t value) {
+  return diagnostic(key, std::to_string(value));
+}
+
+diagnostic_t diagnostic(const std::string& key, double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return diagnostic(key, std::string(text.data()));
+}
+
+// Of each kind of measurement, next to what chance may do to it.
+void describe_nis(status_t& status, const MapperStatistics& statistics) {
+  for (const auto& [kind, nis] : statistics.nis) {
+    if (nis.count == 0) continue;
+    const std::string prefix = "nis." + std::string(name(kind));
+    status.diagnostics.push_back(diagnostic(prefix + ".ratio", nis.ratio));
+    status.diagnostics.push_back(diagnostic(prefix + ".sigma", nis.sigma));
+    status.diagnostics.push_back(diagnostic(prefix + ".count", std::int64_t{nis.count}));
+    status.diagnostics.push_back(diagnostic(prefix + ".beyond", std::int64_t{nis.beyond}));
+  }
 }
 
 // The publisher of now as publisher.*, the few before it as publisher.before_1.* and so on. Of
@@ -60,7 +84,9 @@ std::string clipped(std::string text) {
 
 std::int8_t level_of(const FrameResult& last) {
   if (last.rejected) return status_t::LEVEL_ERROR;
-  return last.state == TrackingState::kLost ? status_t::LEVEL_WARNING : status_t::LEVEL_OK;
+  // A pose that is given with a reason is one to be wary of.
+  const bool wary = last.state == TrackingState::kTracking && last.reason != Reason::kNone;
+  return wary || last.state == TrackingState::kLost ? status_t::LEVEL_WARNING : status_t::LEVEL_OK;
 }
 
 }  // namespace
@@ -183,13 +209,18 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.num_keyframes = static_cast<std::int32_t>(statistics.keyframes);
   status.num_matches = last_.num_matches;
   status.num_inliers = last_.num_inliers;
+  const auto sights = statistics.nis.find(MeasurementKind::kSight);
+  status.nis_ratio = sights == statistics.nis.end() ? 0 : static_cast<float>(sights->second.ratio);
   status.rss_bytes = resident_bytes();
   for (const auto& [source, count] : statistics.sources)
     status.diagnostics.push_back(diagnostic("poses." + std::string(name(source)), count));
   for (const auto& [reason, count] : statistics.reasons)
     status.diagnostics.push_back(
         diagnostic("frames." + std::string(eifmap::describe(reason).name), count));
-  status.diagnostics.push_back(diagnostic("moving.now", last_.num_moving));
+  describe_nis(status, statistics);
+  status.diagnostics.push_back(diagnostic("bound.removed_keyframes", statistics.removed_keyframes));
+  status.diagnostics.push_back(diagnostic("bound.removed_landmarks", statistics.removed_landmarks));
+  status.diagnostics.push_back(diagnostic("moving.now", std::int64_t{last_.num_moving}));
   status.diagnostics.push_back(diagnostic("moving.most", statistics.most_moving));
   status.diagnostics.push_back(diagnostic("moving.frames", statistics.frames_with_moving));
   status.diagnostics.push_back(diagnostic("send_failures", send_failures_));
@@ -197,7 +228,7 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.diagnostics.push_back(diagnostic("internal_errors", faults_));
   describe_streams(status, streams);
   status.diagnostics.push_back(
-      diagnostic("calibration_guessed", counts.calibration_is_guessed ? 1 : 0));
+      diagnostic("calibration_guessed", std::int64_t{counts.calibration_is_guessed}));
   const FeatureAssembler::Counts& parts = counts.parts;
   if (parts.whole + parts.incomplete > 0) {
     status.diagnostics.push_back(diagnostic("split_frames.whole", parts.whole));

@@ -111,14 +111,29 @@ struct MapPoint {
   int num_observations = 0;
 };
 
+// What the filter fuses.
+enum class MeasurementKind : std::int8_t { kSight = 0, kEdge = 1 };
+inline constexpr int kMeasurementKinds = 2;
+
+// Normalized innovations squared over their expectation, of the last keyframes: 1 where sigmas are
+// right, 4 where the noise is twice what they say.
+struct NisRatio {
+  double ratio = 0, sigma = 0;  // 0: cannot be told yet
+  int count = 0, beyond = 0;    // measurements it is of, and those left out as outliers
+};
+
 struct MapperStatistics {
   std::int64_t frames = 0;   // processed, rejected ones left out
   std::int64_t tracked = 0;  // with a pose at the time
   std::int64_t keyframes = 0, landmarks = 0, observations = 0, edges = 0;  // in the current map
   double sigma_factor = 0;  // of the current map: what it multiplies keypoints' sigmas by
+  // From it, to stay within its bounds.
+  std::int64_t removed_keyframes = 0, removed_landmarks = 0;
   std::int64_t starts = 0, losses = 0, rejected = 0;
   // FrameResult::num_moving: of all frames, of the one with the most, and the frames with any.
   std::int64_t moving_matches = 0, most_moving = 0, frames_with_moving = 0;
+  std::map<MeasurementKind, NisRatio> nis;
+  bool sigma_suspect = false;  // the alarm of map/nis_monitor.h, now
   std::map<PoseSource, std::int64_t> sources;
   std::map<Reason, std::int64_t> reasons;
 };

@@ -64,11 +64,16 @@ void Mapper::State::count(const FrameResult& result) {
 void Mapper::State::count_map() {
   if (!live) return;
   const Map& map = live->map();
-  statistics.keyframes = map.num_keyframes();
+  statistics.keyframes = map.num_keyframes_in_use();
   statistics.landmarks = map.num_landmarks();
   statistics.sigma_factor = map.sigma_factor();
+  statistics.removed_keyframes = live->removed_keyframes;
+  statistics.removed_landmarks = live->removed_landmarks;
   statistics.edges = map.filter().num_edges();
   statistics.observations = static_cast<std::int64_t>(map.filter().num_measurements());
+  for (const MeasurementKind kind : {MeasurementKind::kSight, MeasurementKind::kEdge})
+    statistics.nis[kind] = nis.ratio(kind);
+  statistics.sigma_suspect = nis.alarm();
 }
 
 const FinishedMap* Mapper::State::largest(FinishedMap& scratch) const {
@@ -122,6 +127,8 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     else
       state.track(std::move(observed), result);
     state.calibration.warn(result);
+    state.warn_of_bounds(result);
+    state.nis.warn(result, state.options.sigma_factor);
     result.adopted_job = std::exchange(state.adopted_job, 0);
     result.map_updated = std::exchange(state.map_changed, false);
   }

@@ -30,6 +30,7 @@ Reason Mapper::State::adopt(KeyframeJob job) {
   adopted_job = work.id;
   if (work.news) live->news = std::move(*work.news);
   calibration = std::move(*work.calibration);
+  live->full = work.insertion.reason == Reason::kMapFull;
   if (work.insertion.reason != Reason::kNone) {
     live->spare = std::move(work.after);
     return work.insertion.reason;
@@ -43,6 +44,9 @@ Reason Mapper::State::adopt(KeyframeJob job) {
     live->last.pose = work.after->pose(work.insertion.keyframe);
   live->spare = std::exchange(live->current, std::move(work.after));
   live->update = std::move(work.update);
+  live->removed_keyframes += work.insertion.removed_keyframes;
+  live->removed_landmarks += work.insertion.removed_landmarks;
+  nis.add(work.insertion.innovations, live->map().filter().correlation().variance_factor());
   live->most_tracked.push_back(static_cast<int>(work.tracking.sights.size()));
   live->log.make_keyframe(work.observed->frame.time_us, work.insertion.keyframe);
   live->reference = work.insertion.keyframe;
@@ -68,20 +72,42 @@ void Mapper::State::adopt_beside(FrameResult& result) {
   }
   const std::int64_t time_us = job.work().observed->frame.time_us;
   const Reason reason = adopt(std::move(job));
-  if (reason == Reason::kNone || lost_since_us) return;
+  if (reason == Reason::kNone || reason == Reason::kMapFull || lost_since_us) return;
   lose(time_us, result);
   ++statistics.reasons[reason];
+}
+
+// A map that is full takes a frame as one of many. Now and then it is asked again: elsewhere in the
+// map another keyframe may go.
+bool Mapper::State::takes_keyframes() {
+  constexpr int kAskedAgain = 16;
+  return !live->full || ++live->wanted_when_full % kAskedAgain == 0;
+}
+
+void Mapper::State::warn_of_bounds(FrameResult& result) const {
+  if (!live || result.state != TrackingState::kTracking || result.reason != Reason::kNone) return;
+  if (!live->full && live->removed_keyframes + live->removed_landmarks == 0) return;
+  result.reason = Reason::kMapFull;
+  result.detail = std::to_string(live->removed_keyframes) + " keyframes and " +
+                  std::to_string(live->removed_landmarks) + " landmarks have been taken out of " +
+                  std::to_string(live->map().num_keyframes_in_use()) + " and " +
+                  std::to_string(live->map().num_landmarks());
+  if (live->full) result.detail += "; no keyframe more can go, so that none comes";
 }
 
 void Mapper::State::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
                                  const Tracking& tracking, FrameResult& result) {
   const Step step(observer, "keyframe");
   const std::int64_t time_us = result.time_us;
-  KeyframeJob job = make_job(std::move(observed), tracking);
+  KeyframeJob job = make_job(observed, tracking);
   job.run();
   const int keyframe = job.work().insertion.keyframe;
   result.reason = adopt(std::move(job));
   adopted_job = kAdoptedAtOnce;
+  if (result.reason == Reason::kMapFull) {
+    result.reason = Reason::kNone;
+    return add_frame(*observed, tracking, result);
+  }
   if (result.reason != Reason::kNone) {
     result.detail = "keyframe " + std::to_string(keyframe) + " with " +
                     std::to_string(tracking.sights.size()) + " map features";

@@ -12,6 +12,7 @@
 #include "map/calibration_check.h"
 #include "map/live_map.h"
 #include "map/map_start.h"
+#include "map/nis_monitor.h"
 #include "map/tracking.h"
 #include "mapper.h"
 
@@ -49,6 +50,7 @@ struct Mapper::State {
   StepObserver observer;
   MapStart start;
   CalibrationCheck calibration;
+  NisMonitor nis;
   std::optional<LiveMap> live;
   std::optional<FinishedMap> finished;  // the largest of those given up
   std::int64_t map_id = 0;
@@ -83,6 +85,7 @@ struct Mapper::State {
   void find_again(ObservedFrame observed, FrameResult& result);
   void lose(std::int64_t time_us, FrameResult& result);
   void accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result);
+  void add_frame(const ObservedFrame& observed, const Tracking& tracking, FrameResult& result);
   Tracking try_track(const ObservedFrame& observed);
   Tracking try_to_go_on(const ObservedFrame& observed);
   Tracking try_relocalize(const ObservedFrame& observed);
@@ -92,6 +95,8 @@ struct Mapper::State {
   // mapper_keyframes.cpp: a frame's way into the map
   void add_keyframe(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking,
                     FrameResult& result);
+  bool takes_keyframes();
+  void warn_of_bounds(FrameResult& result) const;
   KeyframeJob make_job(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking);
   Reason adopt(KeyframeJob job);
   KeyframeJob finish_job();

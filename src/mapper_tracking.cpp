@@ -122,8 +122,13 @@ Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
   const auto add = [&keyframes](int k) {
     if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
   };
-  for (int k = n - 1; k >= std::max(0, n - kNewest); --k) add(k);
-  for (int k = 0; k < kOthers; ++k) add(live->next_to_try++ % n);
+  const auto next_in_use = [&] {
+    while (live->map().is_removed(live->next_to_try % n)) ++live->next_to_try;
+    return live->next_to_try++ % n;
+  };
+  for (int k = n - 1, found = 0; k >= 0 && found < kNewest; --k)
+    if (!live->map().is_removed(k)) add(k), ++found;
+  for (int k = 0; k < kOthers; ++k) add(next_in_use());
   return relocalize(live->map(), observed, keyframes, options);
 }
 
@@ -168,15 +173,23 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   const Usual usual{most_tracked, live->history.is_odd_step(step_px)};
   live->history.add(step_px);
   live->sight_counts.add(map, tracking);
-  const bool as_keyframe = !job_runs && wants_keyframe(map, tracking, usual, options);
+  const bool as_keyframe =
+      !job_runs && wants_keyframe(map, tracking, usual, options) && takes_keyframes();
   if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
-  PoseBlock covariance;
-  const bool known = frame_covariance(map, *shared, tracking, options.absolute_pose, covariance);
-  set_covariance(known, covariance, result);
-  live->log.add(result.time_us, tracking.reference, result.reference_from_camera);
+  add_frame(*shared, tracking, result);
   if (!as_keyframe) return;
   runner->start(make_job(shared, tracking));
   job_runs = true;
+}
+
+// One that is no keyframe.
+void Mapper::State::add_frame(const ObservedFrame& observed, const Tracking& tracking,
+                              FrameResult& result) {
+  PoseBlock covariance;
+  const bool known =
+      frame_covariance(live->map(), observed, tracking, options.absolute_pose, covariance);
+  set_covariance(known, covariance, result);
+  live->log.add(result.time_us, tracking.reference, result.reference_from_camera);
 }
 
 }  // namespace eifmap

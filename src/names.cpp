@@ -34,4 +34,14 @@ std::string_view name(TrackingState state) {
   return "UNKNOWN";
 }
 
+std::string_view name(MeasurementKind kind) {
+  switch (kind) {
+    case MeasurementKind::kSight:
+      return "sights";
+    case MeasurementKind::kEdge:
+      return "edges";
+  }
+  return "unknown";
+}
+
 }  // namespace eifmap

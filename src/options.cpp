@@ -75,6 +75,14 @@ std::string lost_problem(const LostOptions& o) {
   return "";
 }
 
+std::string bound_problem(const BoundOptions& o) {
+  if (o.max_keyframes != 0 && o.max_keyframes < 20)
+    return say("bound.max_keyframes", o.max_keyframes, "0 or at least 20");
+  if (o.max_landmarks != 0 && o.max_landmarks < 500)
+    return say("bound.max_landmarks", o.max_landmarks, "0 or at least 500");
+  return "";
+}
+
 }  // namespace
 
 MapperOptions MapperOptions::paper() {
@@ -105,7 +113,7 @@ std::string MapperOptions::problem() const {
   for (const std::string& problem :
        {match.problem(), relative_pose.problem(), scale_fit.problem(), absolute_pose.problem(),
         start_problem(start), keyframe_problem(keyframe), landmark_problem(landmark),
-        edge_problem(edge), filter_problem(filter), lost_problem(lost)})
+        edge_problem(edge), filter_problem(filter), lost_problem(lost), bound_problem(bound)})
     if (!problem.empty()) return problem;
   return "";
 }

@@ -115,6 +115,15 @@ struct FilterOptions {
   double gate_sigma = 3.5;   // whitened residual above which a sighting is dropped as an outlier
 };
 
+// What a map may grow to; 0: no bound. Past it the least informative goes.
+struct BoundOptions {
+  // 200 to 370 come in a minute of unbroken new ground (recordings in a room and of a car), so that
+  // this is an hour of it at least. The filter of 5,000 takes 1.4 GiB, and 57 ms a keyframe
+  // (src/filter/size.md).
+  int max_keyframes = 20000;
+  int max_landmarks = 1000000;  // 50 for each keyframe
+};
+
 struct LostOptions {
   int min_inliers = 30;          // to believe a relocalization
   double new_map_after_s = 2.0;  // lost this long: a new map may start
@@ -148,6 +157,7 @@ struct MapperOptions {
   EdgeOptions edge;
   FilterOptions filter;
   LostOptions lost;
+  BoundOptions bound;
 
   std::string problem() const;  // "" or which field is wrong and why
 

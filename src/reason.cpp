@@ -76,6 +76,14 @@ constexpr std::array kTexts{
                "the matches do not fit the calibration: another focal length explains them far "
                "better, so the map is likely to be wrong",
                "check that the calibration is this camera's, at this image size"},
+    ReasonText{Reason::kSigmaSuspect, "SIGMA_SUSPECT",
+               "what the measurements differ from the map by is not what their sigmas say, so "
+               "covariances are wrong by as much",
+               "set mapper.sigma_factor as the numbers say, or check what disturbs the images: "
+               "rolling shutter, a calibration that is off, compression"},
+    ReasonText{Reason::kMapFull, "MAP_FULL",
+               "the map has reached its bound: for what comes, what says least is taken out",
+               "raise mapper.bound.max_keyframes or max_landmarks, or begin a new map"},
     ReasonText{Reason::kInternalError, "INTERNAL_ERROR",
                "a fault inside eifmap; the frame was left out", "please report it with the log"},
 };

@@ -38,6 +38,8 @@ enum class Reason : std::int16_t {
   kCalibrationChanged = 50,
   // Said of poses that are given all the same
   kCalibrationSuspect = 51,
+  kSigmaSuspect = 52,
+  kMapFull = 53,
   // The server's own
   kInternalError = 60,
 };

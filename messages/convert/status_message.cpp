@@ -11,7 +11,7 @@ void scan(LayoutScanner& in) {
   for (const char* name : {"name", "version", "host", "camera"}) in.string(name, kMaxText);
   in.skip(4 + 4 * 8 + 1 + 1 + 2);  // pid; epochs and map; state, level, reason
   for (const char* name : {"message", "hint"}) in.string(name, kMaxText);
-  in.skip(8 * 8 + 4 * 4 + 4 * 4 + 8);  // counters; rates and latencies; counts; rss_bytes
+  in.skip(8 * 8 + 4 * 4 + 4 * 4 + 4 + 8);  // counters; rates, latencies; counts; nis_ratio; rss_bytes
   const std::size_t n = in.count("num_diagnostics", kMaxText);
   for (std::size_t i = 0; i < n && in.ok(); ++i)
     for (const char* name : {"diagnostic key", "diagnostic value"}) in.string(name, kMaxText);

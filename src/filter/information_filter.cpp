@@ -35,6 +35,7 @@ InformationFilter::InformationFilter(const FilterOptions& options, double radian
 int InformationFilter::add_pose(const Rigid3& world_from_camera) {
   poses_.push_back(world_from_camera);
   projectors_.emplace_back(world_from_camera);
+  removed_.push_back(0);
   index_.add_pose();
   return num_poses() - 1;
 }
@@ -50,7 +51,7 @@ int InformationFilter::add_landmark(const Eigen::Vector3d& position,
 
 void InformationFilter::add_measurement(int landmark, int pose, const Eigen::Vector2d& x,
                                         double sigma) {
-  if (pose < 0 || pose >= num_poses() || !(sigma > 0))
+  if (pose < 0 || pose >= num_poses() || is_removed(pose) || !(sigma > 0))
     throw std::invalid_argument("InformationFilter: no such pose, or sigma not positive");
   PointMeasurement measurement;
   measurement.pose = pose;
@@ -99,8 +100,30 @@ void InformationFilter::scale_sigmas(double factor) {
   linearize_all_anew();
 }
 
+void InformationFilter::remove_pose(int pose) {
+  if (pose < 2 || pose >= num_poses() || is_removed(pose))
+    throw std::invalid_argument("InformationFilter: no such pose, or of the gauge");
+  const std::vector<int> seen = index_.landmarks(pose);
+  for (int landmark : seen) remove_measurement(landmark, pose);
+  const auto is_of = [pose](const FilterEdge& edge) { return edge.i == pose || edge.j == pose; };
+  for (const FilterEdge& edge : edges_)
+    if (is_of(edge)) system_.before_removal(edge);
+  std::erase_if(edges_, is_of);
+  system_.remove(pose);
+  removed_[pose] = 1;
+  ++num_removed_;
+  shrunk_ = true;
+}
+
+void InformationFilter::carry(int removed_pose, const Rigid3& world_from_camera) {
+  if (!is_removed(removed_pose))
+    throw std::invalid_argument("InformationFilter: the pose is still measured");
+  set_pose(removed_pose, world_from_camera);
+}
+
 bool InformationFilter::add_edge(int i, int j, const RelativePose& pose) {
-  if (i == j || std::min(i, j) < 0 || std::max(i, j) >= num_poses())
+  if (i == j || std::min(i, j) < 0 || std::max(i, j) >= num_poses() || is_removed(i) ||
+      is_removed(j))
     throw std::invalid_argument("InformationFilter: an edge needs two known poses");
   FilterEdge edge;
   edge.i = i;

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -45,10 +46,16 @@ struct FilterUpdate {
   std::vector<Dropped> dropped;   // sightings that do not fit and were taken out
   int dropped_edges = 0;
   // Of the newest pose's sights of landmarks that are seen well, before what does not fit was taken
-  // out: the quantile of their whitened errors that is 1 where their sigmas are right, whatever a
+  // out: the median of their whitened errors over what it is where sigmas are right, whatever a
   // minority of wrong ones says.
   double newest_spread = 0;
   int num_newest = 0;  // of how many; 0: no spread
+};
+
+// Of InformationFilter::iterate_whole().
+struct WholeIteration {
+  bool ok = false;          // else the matrix cannot be factored, and the mean is as before
+  double squared_step = 0;  // sigmas, as the gradient asks for
 };
 
 class InformationFilter {
@@ -66,12 +73,22 @@ class InformationFilter {
   void remove_landmark(int landmark);
   // Multiplies the sigmas of all sights and edges so far. The next update looks at everything.
   void scale_sigmas(double factor);
+  // Takes out a pose with all that was measured from it; any but the first two, which are the
+  // gauge. Its handle stays valid and is not used again: the pose has no covariance, and is
+  // wherever carry() says.
+  void remove_pose(int pose);
+  bool is_removed(int pose) const { return removed_[pose] != 0; }
+  void carry(int removed_pose, const Rigid3& world_from_camera);
   // False when the covariance cannot be inverted.
   bool add_edge(int i, int j, const RelativePose& pose);
 
   // Moves the mean to where it belongs; then drops what does not fit. What stays further than a
   // thousandth of its sigma from the exact least-squares mean goes on with the next update.
   FilterUpdate update();
+
+  // One Gauss-Newton step of everything: all measurements are linearized, all blocks summed and
+  // factored anew, all poses and landmarks moved. What an update does only where it must.
+  WholeIteration iterate_whole();
 
   int num_poses() const { return static_cast<int>(poses_.size()); }
   int num_landmarks() const { return static_cast<int>(landmarks_.size()); }  // removed ones too
@@ -130,7 +147,8 @@ class InformationFilter {
   void set_pose(int pose, const Rigid3& world_from_camera);
   void undo();
   bool knows(int pose) const {
-    return cholesky_.has_factor() && pose >= 0 && pose <= system_.matrix().size();
+    return cholesky_.has_factor() && pose >= 0 && pose <= system_.matrix().size() &&
+           removed_[pose] == 0;
   }
   void drop_sights(const std::vector<int>& landmarks, double gate, FilterUpdate& update);
   bool drop_edges(FilterUpdate& update);
@@ -140,6 +158,8 @@ class InformationFilter {
   double radians_per_pixel_;
   std::vector<Rigid3> poses_;
   std::vector<Projector> projectors_;  // of the poses
+  std::vector<std::uint8_t> removed_;  // by pose
+  int num_removed_ = 0;                // poses
   std::vector<FilterLandmark> landmarks_;
   std::vector<FilterEdge> edges_;
   PoseIndex index_;
@@ -154,6 +174,7 @@ class InformationFilter {
   bool has_gauge_ = false;
   ReducedSystem system_;     // over all poses but the first
   SparseCholesky cholesky_;  // of the last update's matrix; as new where that failed
+  bool shrunk_ = false;      // the matrix has lost blocks since
   CorrelationSums correlation_sums_;
   SightCorrelation correlation_;  // as of the last update
 };

@@ -96,6 +96,7 @@ void ReducedSystem::grow(int num_blocks) {
     stale_.push_back({1});
     stale_column_.push_back(1);
     stale_side_.push_back(1);
+    removed_.push_back(0);
   }
 }
 
@@ -142,6 +143,24 @@ void ReducedSystem::before_removal(const FilterLandmark& landmark) {
 
 void ReducedSystem::before_removal(const FilterEdge& edge) {
   mark_blocks(edge, false);
+}
+
+void ReducedSystem::remove(int pose) {
+  const int a = pose - 1;
+  grow(pose);
+  const auto erase = [this](int in, std::ptrdiff_t at) {
+    BlockColumn& column = matrix_.column[in];
+    column.row.erase(column.row.begin() + at);
+    column.block.erase(column.block.begin() + at);
+    column.changed.erase(column.changed.begin() + at);
+    stale_[in].erase(stale_[in].begin() + at);
+  };
+  while (matrix_.column[a].row.size() > 1) erase(a, 0);
+  for (int other = a + 1; other < matrix_.size(); ++other)
+    if (const int at = matrix_.column[other].find(a); at >= 0) erase(other, at);
+  removed_[a] = 1;
+  stale_[a].back() = 1;
+  stale_column_[a] = stale_side_[a] = 1;
 }
 
 void ReducedSystem::clear_stale_blocks(int a) {
@@ -248,6 +267,7 @@ void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& lan
   right_side_.conservativeResize(n * kPoseDof);
   for (int a = 0; a < n; ++a) {
     if (stale_column_[a]) clear_stale_blocks(a);
+    if (stale_column_[a] && removed_[a]) matrix_.column[a].block.back().setIdentity();
     if (stale_side_[a]) right_side_.segment<6>(6 * a).setZero();
     if (!stale_column_[a] && !stale_side_[a]) continue;
     for (int l : index.landmarks(a + 1)) concerned_.insert(l);

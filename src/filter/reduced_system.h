@@ -34,6 +34,9 @@ class ReducedSystem {
   // To be called before a measurement of the landmark, or the edge, is taken out.
   void before_removal(const FilterLandmark& landmark);
   void before_removal(const FilterEdge& edge);
+  // Of a pose that nothing measures any more: its blocks with others go, and its own becomes the
+  // unit matrix, so that it stays where it is and in nobody's way.
+  void remove(int pose);
 
   // Sums what has changed since the last call, and the right-hand side. `touched`: landmarks with
   // another measurement, linearization or residual than then, ascending; they have their Q, R
@@ -70,6 +73,7 @@ class ReducedSystem {
   // Before a sum: what it must sum again.
   std::vector<std::vector<std::uint8_t>> stale_;  // per column, parallel to its blocks
   std::vector<std::uint8_t> stale_column_, stale_side_;
+  std::vector<std::uint8_t> removed_;  // by column
   LandmarkSet concerned_;
   Eigen::VectorXd right_side_;
   double largest_step_alone_ = 0;

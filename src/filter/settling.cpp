@@ -65,7 +65,10 @@ void InformationFilter::linearize_all_anew() {
   for (FilterEdge& edge : edges_) edge.linearized = false, edge.changed = true;
 }
 
+// The factor's pattern grows only.
 bool InformationFilter::solve_for_all(Eigen::VectorXd& delta_poses) {
+  if (shrunk_) cholesky_ = SparseCholesky();
+  shrunk_ = false;
   if (!cholesky_.factor(system_.matrix())) return false;
   system_.mark_factored();
   delta_poses = cholesky_.solve(system_.right_side());
@@ -79,7 +82,7 @@ void InformationFilter::set_pose(int pose, const Rigid3& world_from_camera) {
 
 Holding InformationFilter::holding() const {
   if (options_.relinearize != Relinearize::kThreshold) return {};
-  const double share = std::min(1.0, kSmall / num_poses());
+  const double share = std::min(1.0, kSmall / (num_poses() - num_removed_));
   const double within = share * options_.relinearize_px * radians_per_pixel_;
   return {within, share * options_.relinearize_depth, within};
 }
@@ -169,6 +172,19 @@ bool InformationFilter::next_step(bool ask_latest, Step& step) {
   const bool done = of_all.squared <= kConverged * kConverged;
   if (done || step.squared <= kMostly * of_all.squared) step = std::move(of_all);
   return true;
+}
+
+WholeIteration InformationFilter::iterate_whole() {
+  linearize_all_anew();
+  linearize_moved();
+  system_.sum(index_, landmarks_, touched_.sorted(), edges_,
+              poses_[1].translation - poses_[0].translation);
+  Eigen::VectorXd delta;
+  if (!solve_for_all(delta)) return {};
+  const double squared =
+      delta.dot(system_.right_side()) + std::pow(system_.largest_step_alone(), 2);
+  apply(delta);
+  return {true, squared};
 }
 
 // False, with the mean as it was before the update, when the matrix cannot be factored.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "geometry/projection.h"
@@ -46,8 +47,8 @@ double weigh(std::vector<Sensed>& all, const AbsolutePoseOptions& options) {
 
 }  // namespace
 
-bool frame_covariance(const Map& map, const ObservedFrame& observed, const Tracking& tracking,
-                      const AbsolutePoseOptions& options, PoseBlock& covariance) {
+bool frame_error(const Map& map, const ObservedFrame& observed, const Tracking& tracking,
+                 const AbsolutePoseOptions& options, FrameError& error) {
   const Projector projector(tracking.world_from_camera);
   std::vector<Sensed> all;
   for (const LandmarkSight& sight : tracking.sights) {
@@ -77,9 +78,18 @@ bool frame_covariance(const Map& map, const ObservedFrame& observed, const Track
   }
   for (int k = 0; k < map.num_keyframes(); ++k) sensitivities[static_cast<std::size_t>(k)].pose = k;
   std::erase_if(sensitivities, [](const PoseSensitivity& s) { return s.derivative.isZero(0); });
+  error.own = spread * spread * inverse * noise * inverse;
+  error.from_keyframes = std::move(sensitivities);
+  return true;
+}
+
+bool frame_covariance(const Map& map, const ObservedFrame& observed, const Tracking& tracking,
+                      const AbsolutePoseOptions& options, PoseBlock& covariance) {
+  FrameError error;
+  if (!frame_error(map, observed, tracking, options, error)) return false;
   PoseBlock from_keyframes;
-  if (!map.filter().propagate(sensitivities, from_keyframes)) return false;
-  covariance = spread * spread * inverse * noise * inverse + from_keyframes;
+  if (!map.filter().propagate(error.from_keyframes, from_keyframes)) return false;
+  covariance = error.own + from_keyframes;
   covariance = (0.5 * (covariance + covariance.transpose())).eval();
   return covariance.allFinite();
 }

@@ -3,9 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "geometry/robust.h"
+#include "map/map_bounds.h"
 
 namespace eifmap {
 namespace {
@@ -30,6 +32,18 @@ bool add_relative_pose(Map& map, int keyframe, const Tracking& tracking,
   return std::any_of(neighbours.begin(), neighbours.end(), [&](int k) {
     return distance(k) > 0 && add_edge_from_map(map, k, keyframe, options);
   });
+}
+
+// Of the edge added last.
+void add_innovation(const Map& map, const std::optional<FrameError>& error, NisSum& sum) {
+  if (!error) return;
+  const InformationFilter& filter = map.filter();
+  const std::optional<double> squared =
+      squared_innovation(map, filter.edges().back(), *error, filter.edge_variance());
+  if (!squared) return;
+  const bool within = *squared < kEdgeNisGate * kEdgeNisGate;
+  ++(within ? sum.count : sum.beyond);
+  if (within) sum.squared += *squared;
 }
 
 // Information is lost by it, consistency is not.
@@ -111,18 +125,36 @@ Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observe
                           const MapperOptions& options) {
   const Before before{map.pose(tracking.reference),
                       median_sight_depth(map, tracking.world_from_camera, tracking.sights)};
+  Insertion insertion;
+  NisSum& edges = insertion.innovations.edges;
+  insertion.innovations.sights = innovations_of_sights(map, *observed, tracking);
+  std::optional<FrameError> error(std::in_place);
+  if (!options.edge.enabled ||
+      !frame_error(map, *observed, tracking, options.absolute_pose, *error))
+    error.reset();
+  insertion.removed_keyframes = make_room(map, tracking.reference, options.bound);
+  insertion.removed_landmarks = drop_landmarks(map, tracking.reference, options.bound);
+  const bool no_keyframe_more =
+      options.bound.max_keyframes > 0 && map.num_keyframes_in_use() >= options.bound.max_keyframes;
+  if (no_keyframe_more || is_crowded(map, options.bound)) {
+    insertion.reason = Reason::kMapFull;
+    return insertion;
+  }
   const int k = map.add_keyframe(std::move(observed), tracking.world_from_camera);
-  for (const LandmarkSight& sight : tracking.sights)
-    map.add_sight(sight.track, {k, sight.keypoint});
+  for (const LandmarkSight& sight : tracking.sights)  // but those that had to make room
+    if (map.track(sight.track).is_landmark()) map.add_sight(sight.track, {k, sight.keypoint});
   const bool has_edge = options.edge.enabled && add_relative_pose(map, k, tracking, options);
+  if (has_edge) add_innovation(map, error, edges);
   extend_tracks(map, k, options,
                 {sigma_centre(tracking),
                  static_cast<int>(tracking.sights.size()) < options.landmark.few_tracked,
                  options.landmark.promote_omega_p && !has_edge});
   const FilterUpdate update = map.update();
-  const Reason reason = judge_update(map, k, tracking, before, update);
+  insertion.keyframe = k;
+  insertion.reason = judge_update(map, k, tracking, before, update);
   cull(map, k, hardly_seen);
-  return {k, reason};
+  insertion.removed_landmarks += drop_landmarks(map, k, options.bound);
+  return insertion;
 }
 
 }  // namespace eifmap

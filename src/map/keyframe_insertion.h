@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "map/innovations.h"
 #include "map/map.h"
 #include "map/tracking.h"
 
@@ -21,7 +22,11 @@ bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual
 
 struct Insertion {
   int keyframe = 0;
-  Reason reason = Reason::kNone;  // or kFilterFailed, kScaleJump: the map is not to be trusted
+  // Or kFilterFailed, kScaleJump: the map is not to be trusted. Or kMapFull: no room could be made,
+  // and it is as it was.
+  Reason reason = Reason::kNone;
+  Innovations innovations;                           // of its measurements, before the update
+  int removed_keyframes = 0, removed_landmarks = 0;  // to stay within the bounds
 };
 
 // Pose, measurements, relative-pose edge, new features, update of the filter, culling: also of the

@@ -28,7 +28,11 @@ struct LiveMap {
   TrackingHistory history;
   SightCounts sight_counts;
   std::vector<int> most_tracked;  // by keyframe: landmarks that the best frame tracked from there
-  int reference = 0;              // keyframe that frames are related to
+  // What the bounds have cost (map_bounds.h).
+  int removed_keyframes = 0, removed_landmarks = 0;
+  bool full = false;         // no keyframe can go: none comes
+  int wanted_when_full = 0;  // keyframes
+  int reference = 0;         // keyframe that frames are related to
   LastMotion last;
   int next_to_try = 0;  // keyframe: relocalization goes round all of them
 };

@@ -23,6 +23,58 @@ int Map::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
   return filter_.add_pose(world_from_camera);
 }
 
+void Map::remove_keyframe(int keyframe) {
+  constexpr int kOfGauge = 2;
+  if (keyframe < kOfGauge || keyframe >= num_keyframes() || is_removed(keyframe))
+    throw std::invalid_argument("Map::remove_keyframe: no such keyframe, or of the gauge");
+  const std::vector<int> sharing = covisible(keyframe, 2);
+  int carrier = sharing.size() > 1 ? sharing[1] : keyframe - 1;
+  while (is_removed(carrier)) --carrier;
+
+  Keyframe& old = keyframes_[keyframe];
+  const std::vector<int> tracks = old.track;
+  for (const int t : tracks) {
+    if (t == kNoTrack) continue;
+    remove_sight(t, keyframe);
+    if (tracks_[t].is_landmark() && tracks_[t].sights.size() < 2) remove_track(t);
+  }
+  std::erase_if(edges_, [&](const MapEdge& edge) {
+    if (edge.i != keyframe && edge.j != keyframe) return false;
+    for (const Match& match : edge.matches)
+      keyframes_[edge.i].spent[match.a] = keyframes_[edge.j].spent[match.b] = 0;
+    return true;
+  });
+  filter_.remove_pose(keyframe);
+
+  auto forgotten = std::make_shared<ObservedFrame>();
+  forgotten->frame.time_us = old.observed().frame.time_us;
+  forgotten->map_sign = old.observed().map_sign;
+  old.frame = std::move(forgotten);
+  old.track = {};
+  old.spent = {};
+  old.carrier = carrier;
+  old.carrier_from_this = pose(carrier).inverse() * pose(keyframe);
+  ++num_removed_;
+  for (Keyframe& other : keyframes_) {
+    if (other.carrier != keyframe) continue;
+    other.carrier_from_this = old.carrier_from_this * other.carrier_from_this;
+    other.carrier = carrier;
+  }
+}
+
+int Map::newest() const {
+  int k = num_keyframes() - 1;
+  while (k > 0 && is_removed(k)) --k;
+  return k;
+}
+
+void Map::carry_removed() {
+  if (num_removed_ == 0) return;
+  for (int k = 0; k < num_keyframes(); ++k)
+    if (is_removed(k))
+      filter_.carry(k, pose(keyframes_[k].carrier) * keyframes_[k].carrier_from_this);
+}
+
 int Map::add_track(const Sight& sight) {
   tracks_.emplace_back();
   const int track = num_tracks() - 1;
@@ -95,6 +147,7 @@ FilterUpdate Map::update() {
     remove_sight(track, dropped.pose);
     if (tracks_[track].is_landmark() && tracks_[track].sights.size() < 2) remove_track(track);
   }
+  carry_removed();
   return update;
 }
 

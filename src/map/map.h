@@ -25,6 +25,11 @@ struct Keyframe {
   std::vector<int> track;                      // per keypoint: of Omega_m, or kNoTrack
   std::vector<std::uint8_t> spent;  // per keypoint: of Omega_p, 1 when an edge has used it
   const ObservedFrame& observed() const { return *frame; }
+
+  // Once it is removed: what it is relative to, one that is in the map.
+  int carrier = -1;
+  Rigid3 carrier_from_this;
+  bool removed() const { return carrier >= 0; }
 };
 
 struct Sight {
@@ -48,7 +53,7 @@ class Map {
  public:
   Map(const Camera& camera, const MapperOptions& options);
 
-  int num_keyframes() const { return static_cast<int>(keyframes_.size()); }
+  int num_keyframes() const { return static_cast<int>(keyframes_.size()); }  // removed ones too
   int num_tracks() const { return static_cast<int>(tracks_.size()); }
   int num_landmarks() const { return num_landmarks_; }
   const Keyframe& keyframe(int k) const { return keyframes_[k]; }
@@ -70,6 +75,18 @@ class Map {
     return add_keyframe(std::make_shared<const ObservedFrame>(std::move(observed)),
                         world_from_camera);
   }
+
+  // Takes a keyframe out of the map: its sights, the landmarks that less than two are left of, its
+  // edges, whose measurements may be used again by the other keyframe, and what was seen in it.
+  // Information is lost by it, and none invented. Its number stays valid: pose() is from then on
+  // that relative to the keyframe that shared the most with it, so that frames which are placed
+  // relative to it can still be placed. The filter takes notice in the next update(). Not of the
+  // first two, which are the gauge, nor of a removed one: std::invalid_argument. What is left must
+  // hold together: the caller's to see to (map_bounds.h).
+  void remove_keyframe(int keyframe);
+  int newest() const;  // keyframe in use
+  bool is_removed(int keyframe) const { return keyframes_[keyframe].removed(); }
+  int num_keyframes_in_use() const { return num_keyframes() - num_removed_; }
 
   // A new candidate with one sighting.
   int add_track(const Sight& sight);
@@ -102,6 +119,7 @@ class Map {
 
  private:
   void add_measurement(int landmark, const Sight& sight);
+  void carry_removed();
 
   double radians_per_pixel_;
   std::vector<Keyframe> keyframes_;
@@ -111,6 +129,7 @@ class Map {
   SightNoise noise_;
   std::vector<int> track_of_landmark_;
   int num_landmarks_ = 0;
+  int num_removed_ = 0;  // keyframes
 };
 
 }  // namespace eifmap

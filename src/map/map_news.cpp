@@ -36,14 +36,16 @@ bool changed(const LandmarkView& sent, const LandmarkView& now) {
 
 void add_covariances(const Map& map, MapUpdate& update) {
   std::vector<int> poses, landmarks;
-  for (const KeyframeView& k : update.keyframes) poses.push_back(static_cast<int>(k.id));
+  for (const KeyframeView& k : update.keyframes)
+    if (!map.is_removed(static_cast<int>(k.id))) poses.push_back(static_cast<int>(k.id));
   for (const LandmarkView& l : update.landmarks)
     landmarks.push_back(map.track(static_cast<int>(l.id)).landmark);
   std::vector<PoseBlock> of_poses;
   std::vector<Eigen::Matrix3d> of_landmarks;
   if (!map.filter().covariances(poses, landmarks, of_poses, of_landmarks)) return;
-  for (std::size_t k = 0; k < poses.size(); ++k)
-    update.keyframes[k].covariance = centre_first(of_poses[k]);
+  std::size_t next = 0;
+  for (KeyframeView& k : update.keyframes)
+    if (!map.is_removed(static_cast<int>(k.id))) k.covariance = centre_first(of_poses[next++]);
   for (std::size_t l = 0; l < landmarks.size(); ++l)
     update.landmarks[l].covariance = of_landmarks[l];
 }
@@ -52,7 +54,8 @@ void add_covariances(const Map& map, MapUpdate& update) {
 
 std::vector<KeyframeView> keyframe_views(const Map& map) {
   MapUpdate all;
-  for (int k = 0; k < map.num_keyframes(); ++k) all.keyframes.push_back(keyframe_view(map, k));
+  for (int k = 0; k < map.num_keyframes(); ++k)
+    if (!map.is_removed(k)) all.keyframes.push_back(keyframe_view(map, k));
   add_covariances(map, all);
   return std::move(all.keyframes);
 }
@@ -60,7 +63,9 @@ std::vector<KeyframeView> keyframe_views(const Map& map) {
 void MapNews::compare_keyframes(const Map& map, MapUpdate& update) {
   for (int k = 0; k < map.num_keyframes(); ++k) {
     const bool fresh = k >= static_cast<int>(sent_poses_.size());
-    if (!fresh && !moved(sent_poses_[k], map.pose(k), map.median_depth(k))) continue;
+    // A removed one is still the place that frames refer to.
+    const int seen_from = map.is_removed(k) ? map.keyframe(k).carrier : k;
+    if (!fresh && !moved(sent_poses_[k], map.pose(k), map.median_depth(seen_from))) continue;
     update.keyframes.push_back(keyframe_view(map, k));
     if (!fresh) {
       sent_poses_[k] = map.pose(k);

@@ -43,7 +43,7 @@ Tracking track_frame(const Map& map, const ObservedFrame& observed, int referenc
   // Another view of the same place may match where this one does not.
   if (neighbours == 0) return tracking;
   std::vector<int> others = map.covisible(reference, neighbours);
-  others.push_back(map.num_keyframes() - 1);
+  others.push_back(map.newest());
   for (int other : others) {
     Tracking retry;
     if (other != reference && found_against(other, retry)) return retry;

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "consistency/judgement.h"
@@ -28,6 +29,8 @@ struct Options {
   std::string config;  // JSON as in the server's file
   std::array<double, 2> keyframes{0, 1e9}, final{0, 1e9};
   double within = 0;
+  bool no_alarm = false;  // of the sigmas
+  int alarm_by = 0;       // keyframes in the map; 0: need not be
   std::string json;
 };
 
@@ -35,12 +38,23 @@ struct Options {
 struct Totals {
   int runs = 0;
   double keyframes = 0, published = 0, final = 0, within = 0, scale_squared = 0;
+  double nis = 0;  // of sights
 };
 
 // Error along the way from the first keyframe, where an error of the scale shows, in sigmas.
 double error_along(const JudgedPose& pose) {
   const Eigen::Vector3d u = pose.truth.normalized();
   return u.dot(pose.error.head<3>()) / std::sqrt(u.dot(pose.covariance.topLeftCorner<3, 3>() * u));
+}
+
+double nis_ratio(const JudgedRun& run, MeasurementKind kind) {
+  const auto of_kind = run.statistics.nis.find(kind);
+  return of_kind == run.statistics.nis.end() ? 0 : of_kind->second.ratio;
+}
+
+std::string said_of(const JudgedRun& run) {
+  return run.first_alarm == 0 ? "no alarm"
+                              : "an alarm at keyframe " + std::to_string(run.first_alarm);
 }
 
 MapperOptions mapper_options(const Options& options) {
@@ -63,11 +77,17 @@ bool add_run(const Options& options, int seed, Totals& totals) {
   const double keyframes = *mean_nees(run.keyframes), published = *mean_nees(run.published);
   const double final = run.published.back().nees, within = share_within_three_sigma(run.published);
   const double along = error_along(run.keyframes.back());
+  const double sights = nis_ratio(run, MeasurementKind::kSight);
+  const double edges = nis_ratio(run, MeasurementKind::kEdge);
   std::printf(
       "seed %d: tracked %d of %d, %d losses, NEES of keyframes %.2f, of frames %.2f, of the "
-      "last frame %.2f, within 3 sigma %.3f, along the way %+.2f sigma\n",
+      "last frame %.2f, within 3 sigma %.3f, along the way %+.2f sigma; NIS of sights %.2f, of "
+      "edges %.2f, %s\n",
       seed, run.tracked, run.frames, static_cast<int>(run.statistics.losses), keyframes, published,
-      final, within, along);
+      final, within, along, sights, edges, said_of(run).c_str());
+  if (run.statistics.losses > 0)
+    for (const auto& [reason, frames] : run.statistics.reasons)
+      std::printf("  %s: %d frames\n", describe(reason).name, static_cast<int>(frames));
   std::fflush(stdout);
   ++totals.runs;
   totals.keyframes += keyframes;
@@ -75,7 +95,11 @@ bool add_run(const Options& options, int seed, Totals& totals) {
   totals.final += final;
   totals.within += within;
   totals.scale_squared += along * along;
-  return true;
+  totals.nis += sights;
+  const bool alarmed = run.first_alarm > 0 && run.first_alarm <= options.alarm_by;
+  if (options.alarm_by > 0 && !alarmed) std::printf("FAILED: no alarm by then\n");
+  if (options.no_alarm && run.first_alarm > 0) std::printf("FAILED: an alarm\n");
+  return !(options.alarm_by > 0 && !alarmed) && !(options.no_alarm && run.first_alarm > 0);
 }
 
 bool inside(const char* what, double value, const std::array<double, 2>& range) {
@@ -94,6 +118,7 @@ bool write_json(const Options& options, const Totals& totals) {
       {"nees_frames", totals.published / n},
       {"nees_last_frame", totals.final / n},
       {"within_three_sigma", totals.within / n},
+      {"nis_sights", totals.nis / n},
       {"along_the_way_rms_sigma", std::sqrt(totals.scale_squared / n)}};
   std::ofstream out(options.json);
   out << json.dump(2) << '\n';
@@ -111,9 +136,9 @@ int run(const Options& options) {
   const double n = totals.runs;
   std::printf(
       "%s, mean of %d: NEES of keyframes %.2f, of frames %.2f, of the last frame %.2f, "
-      "within 3 sigma %.3f, along the way rms %.2f sigma\n",
+      "within 3 sigma %.3f, along the way rms %.2f sigma; NIS of sights %.2f\n",
       options.source.world.c_str(), totals.runs, totals.keyframes / n, totals.published / n,
-      totals.final / n, totals.within / n, std::sqrt(totals.scale_squared / n));
+      totals.final / n, totals.within / n, std::sqrt(totals.scale_squared / n), totals.nis / n);
   good = inside("the mean NEES of keyframes", totals.keyframes / n, options.keyframes) && good;
   good = inside("the mean NEES of the last frame", totals.final / n, options.final) && good;
   good = inside("the share within 3 sigma", totals.within / n, {options.within, 1}) && good;
@@ -135,6 +160,9 @@ int main(int argc, char** argv) {
   app.add_option("--frames", options.source.frames, "of each run; 0: all");
   app.add_option("--drift-px", options.source.drift_px,
                  "features only: how far a point's place drifts with the viewing direction");
+  app.add_option("--noise-ratio", options.source.noise_ratio,
+                 "features only: the noise over what the keypoints claim of it");
+  app.add_option("--noise-px", options.source.noise_px, "features only: the noise");
   app.add_option("--cache", options.source.cache,
                  "folder that keeps the rendered images; empty it when the simulation changes");
   app.add_option("--json", options.json, "file for the means");
@@ -142,6 +170,9 @@ int main(int argc, char** argv) {
   app.add_option("--config", options.config, "JSON as in the server's file; of it, the mapper");
   app.add_option("--keyframes", options.keyframes, "expected mean NEES of keyframes: from, to");
   app.add_option("--last", options.final, "expected mean NEES of the last frame: from, to");
+  app.add_flag("--no-alarm", options.no_alarm, "no run may find its sigmas suspect");
+  app.add_option("--alarm-by", options.alarm_by,
+                 "each run must find its sigmas suspect by so many keyframes");
   app.add_option("--within", options.within, "expected least share within 3 sigma");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -29,7 +29,7 @@ class FeatureSource : public FrameSource {
     world.num_frames = options.world == "loop" ? 288 : 120;
     if (options.frames > 0) world.num_frames = options.frames;
     world.noise_px = options.noise_px;
-    world.sigma_px = options.noise_px / MapperOptions().sigma_factor;
+    world.sigma_px = options.noise_px / options.noise_ratio / MapperOptions().sigma_factor;
     world.drift_px = options.drift_px;
     world.wrong_share = options.wrong_share;
     world.seed = seed;

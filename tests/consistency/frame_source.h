@@ -33,6 +33,7 @@ struct SourceOptions {
   int every = 1;                   // take every n-th
   double wrong_share = 0.05;       // of the feature-level worlds' keypoints
   double noise_px = 0.5;           // of the feature-level worlds' keypoints
+  double noise_ratio = 1;          // the same: noise over what the keypoints claim
   double drift_px = 0;             // the same: with the viewing direction
   // Rendered images are kept here as files and read the next time; empty: always rendered. To be
   // emptied by hand when the simulation changes.

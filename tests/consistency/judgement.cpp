@@ -74,6 +74,8 @@ JudgedRun judge_run(const FrameSource& source, const MapperOptions& options, int
     run.tracked += result.state == TrackingState::kTracking;
     if (result.source == PoseSource::kStartSet) judged.begin_map(mapper.map_update());
     run.results.push_back(result);
+    if (mapper.statistics().sigma_suspect && run.first_alarm == 0)
+      run.first_alarm = static_cast<int>(mapper.statistics().keyframes);
     if (result.covariance_status == CovarianceStatus::kNone) continue;
     if (auto pose = judged(result.time_us, result.map_from_camera, result.covariance)) {
       pose->map_id = result.map_id;

@@ -27,6 +27,7 @@ struct JudgedPose {
 struct JudgedRun {
   int frames = 0, tracked = 0;
   MapperStatistics statistics;
+  int first_alarm = 0;  // keyframes in the map when its sigmas were first suspect; 0 never
   // As published, frame by frame, and the keyframes as they are at the end. Without those that the
   // gauge holds: keyframe 0 is the origin by definition, and keyframe 1 is not free to move along
   // the first baseline.
