@@ -38,6 +38,15 @@ enum class Reason : std::int16_t {
   kCalibrationChanged = 50,
   // Said of poses that are given all the same
   kCalibrationSuspect = 51,
+  // Absolute measurements refused
+  kBadMeasurement = 80,
+  kBadMeasurementCovariance = 81,
+  kMeasurementWithoutFrame = 82,
+  kMeasurementWithoutPose = 83,
+  kMeasurementGated = 84,
+  kMeasurementTooLong = 85,
+  kMeasurementWithoutBaseline = 86,
+  kTooManyMeasurements = 87,
   // The server's own
   kInternalError = 60,
 };

@@ -153,7 +153,9 @@ FilterUpdate InformationFilter::update() {
     system_.set_gauge(gauge_);
   }
   if (options_.judge_edges) judge_edges();
+  judge_absolutes();
   poses_before_ = poses_;
+  earth_before_ = earth_from_map_;
   bool settled = settle(result);
   if (!settled) {
     // What is far off at the mean of before may be what spoils the matrix: once more without it.
