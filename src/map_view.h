@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "absolute_measurement.h"
 #include "geometry/rigid3.h"
 #include "reason.h"
 
@@ -38,6 +39,7 @@ struct FrameResult {
   Reason reason = Reason::kNone;
   std::string detail;      // the reason's numbers, in words
   Rigid3 map_from_camera;  // valid while state is kTracking
+  ScaleState scale;        // of that map
   CovarianceStatus covariance_status = CovarianceStatus::kNone;
   // Of (centre in map, rotation vector in the camera's frame): the wire's order.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
@@ -120,6 +122,10 @@ struct MapperStatistics {
   std::int64_t moving_matches = 0, most_moving = 0, frames_with_moving = 0;
   std::map<PoseSource, std::int64_t> sources;
   std::map<Reason, std::int64_t> reasons;
+  ScaleState scale;  // of the current map
+  // Absolute measurements of all maps: used, refused, and those that still wait.
+  MeasurementCounts measurements;
+  std::int64_t measurements_waiting = 0;
 };
 
 }  // namespace eifmap

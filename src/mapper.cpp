@@ -22,6 +22,7 @@ bool Mapper::State::begins_stream(const FeatureFrame& frame) const {
 void Mapper::State::begin_stream(const FeatureFrame& frame) {
   last_time_us.reset();
   start.reset();
+  desk.forget_frames();
   if (live)
     lost_since_us = frame.time_us, may_go_on = false;
   else
@@ -62,12 +63,24 @@ void Mapper::State::count(const FrameResult& result) {
 }
 
 void Mapper::State::count_map() {
+  count_measurements();
   if (!live) return;
   const Map& map = live->map();
   statistics.keyframes = map.num_keyframes();
   statistics.landmarks = map.num_landmarks();
   statistics.edges = map.filter().num_edges();
   statistics.observations = static_cast<std::int64_t>(map.filter().num_measurements());
+}
+
+void Mapper::State::count_measurements() {
+  statistics.measurements = desk.refused();
+  statistics.measurements += measured_before;
+  statistics.measurements_waiting = desk.num_waiting();
+  if (!live) return;
+  const MapScale& scale = live->map().scale();
+  statistics.measurements += scale.counts;
+  statistics.measurements_waiting += static_cast<std::int64_t>(scale.waiting.size());
+  statistics.scale = scale.state;
 }
 
 const FinishedMap* Mapper::State::largest(FinishedMap& scratch) const {
@@ -120,13 +133,25 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
       state.find_again(std::move(observed), result);
     else
       state.track(std::move(observed), result);
+    if (result.state != TrackingState::kTracking)
+      state.desk.add_frame(PlacedFrame::without_pose(frame.time_us));
     state.calibration.warn(result);
     result.adopted_job = std::exchange(state.adopted_job, 0);
     result.map_updated = std::exchange(state.map_changed, false);
   }
   result.map_id = state.map_id;
+  if (state.live) {
+    result.map_epoch = state.live->map().epoch();
+    result.scale = state.live->map().scale().state;
+  }
   state.count(result);
   return result;
+}
+
+Reason Mapper::add_measurement(const AbsoluteMeasurement& measurement) {
+  const Reason reason = state_->desk.add(measurement);
+  state_->count_measurements();
+  return reason;
 }
 
 void Mapper::set_keyframe_runner(KeyframeRunner* runner, bool with_updates) {
@@ -149,6 +174,7 @@ MapUpdate Mapper::map_update() {
   MapUpdate update =
       live.update ? *std::exchange(live.update, std::nullopt) : live.news.since_last(live.map());
   update.map_id = state_->map_id;
+  update.map_epoch = live.map().epoch();
   return update;
 }
 
