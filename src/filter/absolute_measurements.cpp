@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "filter/information_filter.h"
+#include "geometry/robust.h"
 #include "geometry/similarity.h"
 
 namespace eifmap {
@@ -17,6 +18,30 @@ constexpr double kGateOfLength = 15.1, kGateOfPosition = 21.1;
 // rad, of the least certain direction. Less certain than this, earth's orientation may be far from
 // linear, or about a line anything.
 constexpr double kEarthUncertain = 0.2;
+
+// A map that was right so far may no longer be: so many innovations are judged together, as if one
+// more had been as large as it should. And the most that a map may be worse than it says.
+constexpr std::size_t kLatest = 8;
+constexpr double kLargestVariance = 400;
+
+struct Innovation {
+  Eigen::VectorXd value;
+  Eigen::MatrixXd of_map, of_measurement;  // covariances
+
+  double squared(double variance) const {  // sigmas
+    return value.dot((variance * of_map + of_measurement).ldlt().solve(value));
+  }
+  // The variance of the map with which this innovation is of median size, within bounds.
+  double variance_asked_for() const {
+    const double median = value.size() == 1 ? 0.455 : 2.366;  // of chi-square
+    double low = std::log(0.01), high = std::log(1e4);
+    for (int k = 0; k < 40; ++k) {
+      const double middle = 0.5 * (low + high);
+      (squared(std::exp(middle)) > median ? low : high) = middle;
+    }
+    return std::exp(low);
+  }
+};
 
 }  // namespace
 
@@ -47,7 +72,8 @@ void InformationFilter::set_earth_from_map(const Rigid3& earth_from_map) {
   for (FilterAbsolute& absolute : absolutes_) absolute.linearized = false, absolute.changed = true;
 }
 
-Reason InformationFilter::add_absolute(const AbsoluteObservation& observation, bool gated) {
+Reason InformationFilter::add_absolute(const AbsoluteObservation& observation, bool gated,
+                                       bool again) {
   using Kind = AbsoluteObservation::Kind;
   if (!is_metric_) throw std::invalid_argument("InformationFilter: the map has no scale yet");
   const std::size_t wanted = observation.kind == Kind::kPosition ? 1 : 2;
@@ -70,7 +96,7 @@ Reason InformationFilter::add_absolute(const AbsoluteObservation& observation, b
       if (!knows(point.pose)) return Reason::kMeasurementWithoutPose;
     const Rigid3 before = earth_from_map_;
     if (observation.kind == Kind::kPosition) find_earth_again(observation);
-    if (!passes_gate(absolute)) {
+    if (!passes_gate(absolute, again)) {
       if (has_earth()) set_earth_from_map(before);
       return Reason::kMeasurementGated;
     }
@@ -90,7 +116,7 @@ bool InformationFilter::has_baseline(const AbsoluteObservation& observation) con
 
 // By the innovation at the mean, whose covariance is the measurement's and that of the poses and of
 // earth_from_map together.
-bool InformationFilter::passes_gate(const FilterAbsolute& absolute) const {
+bool InformationFilter::passes_gate(const FilterAbsolute& absolute, bool again) {
   const AbsoluteObservation& observation = absolute.observation;
   const AbsoluteRows rows = linearize(observation, poses_, earth_from_map_);
   std::vector<PoseSensitivity> sensitivities;
@@ -101,11 +127,17 @@ bool InformationFilter::passes_gate(const FilterAbsolute& absolute) const {
   PoseBlock of_map;
   if (!propagate(sensitivities, of_map)) return false;
   const int n = observation.rows();
-  const Eigen::MatrixXd covariance =
-      of_map.topLeftCorner(n, n) + observation.covariance.topLeftCorner(n, n);
-  const Eigen::VectorXd innovation = rows.residual.head(n);
-  const double squared = innovation.dot(covariance.ldlt().solve(innovation));
-  return squared <= (n == 1 ? kGateOfLength : kGateOfPosition);
+  const Innovation innovation{rows.residual.head(n), of_map.topLeftCorner(n, n) / map_variance_,
+                              observation.covariance.topLeftCorner(n, n)};
+  if (!again) {
+    variances_asked_for_.push_back(innovation.variance_asked_for());
+    if (variances_asked_for_.size() > kLatest)
+      variances_asked_for_.erase(variances_asked_for_.begin());
+    std::vector<double> latest = variances_asked_for_;
+    latest.push_back(1);
+    map_variance_ = std::max(map_variance_, std::min(take_median(latest), kLargestVariance));
+  }
+  return innovation.squared(map_variance_) <= (n == 1 ? kGateOfLength : kGateOfPosition);
 }
 
 // As long as the positions lie almost on a line, how earth is turned about it is by chance, and the
@@ -142,7 +174,7 @@ void InformationFilter::find_earth_again(const AbsoluteObservation& newest) {
 // Another weight concerns all of them, so a slightly other one is not worth it.
 void InformationFilter::judge_absolutes() {
   constexpr double kAsGood = 1.1;
-  const double weight = correlation_.variance_factor();
+  const double weight = variance();
   if (weight < kAsGood * absolute_weight_ && absolute_weight_ < kAsGood * weight) return;
   absolute_weight_ = weight;
   for (FilterAbsolute& absolute : absolutes_) absolute.changed = true;

@@ -76,7 +76,7 @@ bool InformationFilter::covariances(const std::vector<int>& poses,
   needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
   if (!std::all_of(needed.begin(), needed.end(), [this](int p) { return knows(p); })) return false;
   const JointCovariance joint(needed, blocks(), system_.matrix().size(), cholesky_);
-  const double factor = correlation_.variance_factor();
+  const double factor = variance();
   for (int p : poses) of_poses.push_back(factor * joint.block(p, p));
   for (int l : landmarks) of_landmarks.push_back(factor * marginal(landmarks_[l], joint));
   return true;
@@ -108,7 +108,7 @@ bool InformationFilter::propagate(const std::vector<PoseSensitivity>& sensitivit
       functions.middleRows<kPoseDof>(blocks().of(s.pose) * kPoseDof) += s.derivative.transpose();
   }
   const Eigen::MatrixXd whitened = cholesky_.whiten(functions);
-  covariance = correlation_.variance_factor() * (whitened.transpose() * whitened);
+  covariance = variance() * (whitened.transpose() * whitened);
   return covariance.allFinite();
 }
 

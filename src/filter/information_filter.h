@@ -78,11 +78,18 @@ class InformationFilter {
   // or coinciding ones, a pose that no update has had yet, a position without earth_from_map; and,
   // `gated`, what contradicts the map by its innovation. Of a metric map alone, and of known poses,
   // else std::invalid_argument.
-  Reason add_absolute(const AbsoluteObservation& observation, bool gated = true);
+  // `again`: its innovation has been counted.
+  Reason add_absolute(const AbsoluteObservation& observation, bool gated = true,
+                      bool again = false);
   const std::vector<FilterAbsolute>& absolutes() const { return absolutes_; }
+  // What the map's covariances must be multiplied by for the innovations of absolute measurements
+  // to be as large as they should: 1 while they are right, more where what disturbs the images (a
+  // calibration that is off) is in no keypoint's sigma. By the median, which wrong measurements do
+  // not move while most of the latest are right; once found it stays.
+  double map_variance() const { return map_variance_; }
   // What their information is multiplied by. The filter takes the errors of a track's sights for
-  // independent and multiplies all covariances by variance_factor() afterwards; absolute
-  // measurements are as good as they say, and so count that much more before.
+  // independent and multiplies all covariances by variance() afterwards; absolute measurements are
+  // as good as they say, and so count that much more before.
   double absolute_weight() const { return absolute_weight_; }
   // Of the logarithm of the factor by which a similarity transform that brings the keyframes'
   // centres to the true ones would scale the map: to first order it is the sum of a_k'dc_k with
@@ -142,7 +149,8 @@ class InformationFilter {
   void judge_edges();
   void judge_absolutes();
   bool has_baseline(const AbsoluteObservation& observation) const;
-  bool passes_gate(const FilterAbsolute& absolute) const;
+  bool passes_gate(const FilterAbsolute& absolute, bool again);
+  double variance() const { return correlation_.variance_factor() * map_variance_; }
   void find_earth_again(const AbsoluteObservation& newest);
   bool settle(FilterUpdate& update);
   bool next_step(bool ask_latest, Step& step);
@@ -170,7 +178,8 @@ class InformationFilter {
   std::vector<FilterAbsolute> absolutes_;
   Rigid3 earth_from_map_, earth_before_;  // with has_earth(); before the update
   bool is_metric_ = false;
-  double absolute_weight_ = 1;
+  double absolute_weight_ = 1, map_variance_ = 1;
+  std::vector<double> variances_asked_for_;  // by an innovation each
   PoseIndex index_;
   // Landmarks with another measurement, place or residual than when they were last linearized and
   // summed; and since the last update that succeeded. No other sights need be looked at.

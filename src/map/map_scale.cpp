@@ -52,6 +52,27 @@ Reason enter(Map& map, const PlacedMeasurement& m, bool gated) {
   return reason;
 }
 
+void enter_or_keep(Map& map, const PlacedMeasurement& m) {
+  constexpr std::size_t kMostKept = 50;
+  if (enter(map, m, true) != Reason::kMeasurementGated) return;
+  std::vector<PlacedMeasurement>& kept = map.scale().contradicting;
+  kept.push_back(m);
+  if (kept.size() > kMostKept) kept.erase(kept.begin());
+}
+
+void enter_kept(Map& map) {
+  MeasurementCounts& counts = map.scale().counts;
+  std::erase_if(map.scale().contradicting, [&](const PlacedMeasurement& m) {
+    if (map.filter().add_absolute(observation_of(map, m), true, true) != Reason::kNone)
+      return false;
+    --counts.kinds[m.kind].refused;
+    if (--counts.refusals[Reason::kMeasurementGated] == 0)
+      counts.refusals.erase(Reason::kMeasurementGated);
+    ++counts.kinds[m.kind].used;
+    return true;
+  });
+}
+
 double length_in_map(const Map& map, const PlacedMeasurement& m) {
   double length = 0;
   for (std::size_t k = 1; k < m.points.size(); ++k)
@@ -164,8 +185,10 @@ void enter_positions(Map& map, const Alignment& alignment) {
   const Similarity now = fit(map, alignment.inliers);
   map.filter().set_earth_from_map({Eigen::Quaterniond(now.rotation).normalized(), now.translation});
   for (const PlacedMeasurement* m : alignment.inliers) enter(map, *m, false);
-  for (const PlacedMeasurement* m : alignment.outliers)
+  for (const PlacedMeasurement* m : alignment.outliers) {
     map.scale().counts.add(m->kind, Reason::kMeasurementGated);
+    map.scale().contradicting.push_back(*m);
+  }
   std::erase_if(map.scale().waiting, is_position);
 }
 
@@ -176,12 +199,13 @@ void add_measurements(Map& map, std::vector<PlacedMeasurement> measurements,
   const bool is_metric = map.scale().state.status == ScaleStatus::kFixed;
   for (PlacedMeasurement& m : measurements) {
     if (is_metric && (!is_position(m) || map.filter().has_earth()))
-      enter(map, m, true);
+      enter_or_keep(map, m);
     else if (static_cast<int>(map.scale().waiting.size()) < options.max_waiting)
       map.scale().waiting.push_back(std::move(m));
     else
       map.scale().counts.add(m.kind, Reason::kTooManyMeasurements);
   }
+  if (is_metric && !measurements.empty()) enter_kept(map);
 }
 
 Reason fix_scale(Map& map, const MeasurementOptions& options) {

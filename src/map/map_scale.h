@@ -14,6 +14,8 @@ class Map;
 struct MapScale {
   ScaleState state;
   std::vector<PlacedMeasurement> waiting;  // of the scale, or positions of where earth is
+  // Those that contradicted the map: again, when others have said how far the map may be believed.
+  std::vector<PlacedMeasurement> contradicting;
   MeasurementCounts counts;
 };
 
