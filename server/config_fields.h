@@ -158,6 +158,14 @@ void visit_fields(O& o, auto&& visit) {
   visit("gate_sigma", o.gate_sigma);
 }
 
+template <OptionsOf<MeasurementOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("max_dt_s", o.max_dt_s);
+  visit("max_scale_sigma", o.max_scale_sigma);
+  visit("min_positions", o.min_positions);
+  visit("max_waiting", o.max_waiting);
+}
+
 template <OptionsOf<LostOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("min_inliers", o.min_inliers);
@@ -185,6 +193,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("landmark", o.landmark);
   visit("edge", o.edge);
   visit("filter", o.filter);
+  visit("measurement", o.measurement);
   visit("lost", o.lost);
   visit("bound", o.bound);
 }

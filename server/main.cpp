@@ -195,6 +195,9 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--decisions", sequence.decisions,
                  "decisions.jsonl of a live run of these images: decide as it did")
       ->group(kRecorded);
+  app.add_option("--measurements", sequence.measurements,
+                 "absolute measurements, a JSON object a line, that fix the map's scale")
+      ->group(kRecorded);
   app.add_option("--seed", sequence.seed, "of that noise")->group(kRecorded);
 }
 
@@ -202,7 +205,7 @@ void add_options(CLI::App& app, Options& options) {
 std::string mixed_options(const CLI::App& app) {
   const bool recorded = app.get_option("--sequence")->count() > 0;
   if (app.get_option("--decisions")->count() > 0)
-    for (const char* option : {"--every", "--max-frames", "--jitter-px"})
+    for (const char* option : {"--every", "--max-frames", "--jitter-px", "--measurements"})
       if (app.get_option(option)->count() > 0)
         return std::string(option) + " is of another run than the one in --decisions: leave it out";
   for (const CLI::Option* option : app.get_options()) {

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -47,6 +48,18 @@ Json steps_json(const StepTimer& timer) {
                   {"median_ms", time.median_ms},
                   {"p99_ms", time.p99_ms},
                   {"total_s", time.total_s}};
+  return json;
+}
+
+Json measurements_json(const MapperStatistics& statistics) {
+  const bool fixed = statistics.scale.status == ScaleStatus::kFixed;
+  Json json = {{"scale", fixed ? "fixed" : "free"}};
+  if (fixed) json["metres_per_unit"] = statistics.scale.metres_per_unit;
+  if (fixed && std::isfinite(statistics.scale.sigma)) json["scale_sigma"] = statistics.scale.sigma;
+  for (const auto& [kind, count] : statistics.measurements.kinds)
+    json[std::string(name(kind))] = {{"used", count.used}, {"refused", count.refused}};
+  json["waiting"] = statistics.measurements_waiting;
+  json["refusals"] = reasons_json(statistics.measurements.refusals);
   return json;
 }
 
@@ -100,7 +113,26 @@ void RunRecord::add(const FrameResult& result) {
   if (result.rejected)
     ++rejected_[result.reason];
   else if (result.state == TrackingState::kTracking)
-    published_.push_back({result.time_us, result.map_from_camera});
+    published_.push_back(
+        {{result.time_us, result.map_from_camera}, result.map_id, result.map_epoch});
+  if (!result.rejected && result.scale.status == ScaleStatus::kFixed)
+    metres_per_unit_[result.map_id] = result.scale.metres_per_unit;
+}
+
+std::vector<TimedPose> RunRecord::published(const Mapper& mapper) const {
+  std::map<std::int64_t, double> metres_per_unit = metres_per_unit_;
+  const ScaleState& scale = mapper.statistics().scale;
+  // The last map's may have become known after the last frame.
+  if (!published_.empty() && scale.status == ScaleStatus::kFixed)
+    metres_per_unit[published_.back().map_id] = scale.metres_per_unit;
+  std::vector<TimedPose> poses;
+  for (const Published& p : published_) {
+    poses.push_back(p.pose);
+    const auto known = metres_per_unit.find(p.map_id);
+    if (p.map_epoch == 0 && known != metres_per_unit.end())
+      poses.back().world_from_camera.translation *= known->second;
+  }
+  return poses;
 }
 
 std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& mapper,
@@ -131,6 +163,8 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["bound"] = {{"removed_keyframes", statistics.removed_keyframes},
                      {"removed_landmarks", statistics.removed_landmarks}};
   report["nis"] = nis_json(statistics);
+  if (!statistics.measurements.kinds.empty() || statistics.measurements_waiting > 0)
+    report["measurements"] = measurements_json(statistics);
   report["rejected"] = rejected;
   report["rolls_unseen"] = rolls_unseen_;
   report["pose_sources"] = sources_json(statistics.sources);
@@ -145,7 +179,7 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["steps"] = steps_json(timer);
 
   for (const std::string& problem :
-       {write_tum(folder / "trajectory.tum", published_),
+       {write_tum(folder / "trajectory.tum", published(mapper)),
         write_tum(folder / "trajectory_final.tum", final_trajectory),
         write_tum(folder / "keyframes.tum", mapper.keyframe_trajectory()),
         write_ply(folder / "map.ply", mapper.map_points()),

@@ -21,8 +21,9 @@ class RunRecord {
   // (FeatureExtractor::roll_is_sure).
   void add_unseen_roll() { ++rolls_unseen_; }
 
-  // Writes trajectory.tum, trajectory_final.tum, keyframes.tum, decisions.jsonl, map.ply and
-  // report.json into `folder`, made when it is not there. Returns "" or what went wrong.
+  // Writes, in metres where a map's scale is known in the end, trajectory.tum,
+  // trajectory_final.tum, keyframes.tum, decisions.jsonl, map.ply and report.json into `folder`,
+  // made when it is not there. Returns "" or what went wrong.
   std::string write(const std::filesystem::path& folder, const Mapper& mapper,
                     const StepTimer& timer, const std::string& source) const;
 
@@ -32,7 +33,14 @@ class RunRecord {
   int frames_ = 0;  // offered, rejected ones too
   int rolls_unseen_ = 0;
   std::map<Reason, std::int64_t> rejected_;
-  std::vector<TimedPose> published_;
+  // As it was said, in the unit that the map had then.
+  struct Published {
+    TimedPose pose;
+    std::int64_t map_id = 0, map_epoch = 0;
+  };
+  std::vector<TimedPose> published(const Mapper& mapper) const;
+  std::vector<Published> published_;
+  std::map<std::int64_t, double> metres_per_unit_;  // of the maps whose scale became known
   std::vector<Decision> decisions_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "capture/open_source.h"
 #include "features/front_end.h"
+#include "sequence/measurements_file.h"
 #include "server/image_decoder.h"
 #include "server/jitter.h"
 #include "server/replay.h"
@@ -54,6 +55,9 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   Replay replay;
   if (!options.decisions.empty())
     if (std::string problem = replay.open(options.decisions); !problem.empty()) return problem;
+  MeasurementsFile measurements;
+  if (!options.measurements.empty()) measurements = read_measurements(options.measurements);
+  if (!measurements.problem.empty()) return measurements.problem;
   const Handover handover = replay.is_open() ? replay.handover() : options.handover;
   std::optional<KeyframeWorker> keyframes;
   if (handover.is_beside()) keyframes.emplace(handover);
@@ -61,6 +65,14 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   if (keyframes) mapper.set_keyframe_runner(&*keyframes, false);
   mapper.set_step_observer(
       [&](std::string_view step, bool begins) { timer.observe(step, begins); });
+
+  // Each before the first image that is not before it.
+  std::size_t num_measured = 0;
+  const auto add_measurements_until = [&](std::int64_t time_us) {
+    const std::vector<AbsoluteMeasurement>& all = measurements.measurements;
+    while (num_measured < all.size() && usable_from_us(all[num_measured]) <= time_us)
+      mapper.add_measurement(all[num_measured++]);
+  };
 
   const auto map_image = [&](int i) {
     GrayImage image;
@@ -94,6 +106,7 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
       break;
     }
     if (replay.is_open() && !replay.takes(sequence.time_us(static_cast<int>(i)))) continue;
+    add_measurements_until(sequence.time_us(static_cast<int>(i)));
     timer.begin_frame();
     const FrameResult result = map_image(static_cast<int>(i));
     if (keyframes) timer.add("keyframe", keyframes->take_busy_ms());

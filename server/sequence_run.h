@@ -25,6 +25,8 @@ struct SequenceRunOptions {
   Handover handover = {};  // kAtOnce or kAfterFrames
   // Of a live run: only its frames are taken, and what it decided by timing is decided alike.
   std::filesystem::path decisions = {};
+  // Absolute measurements (sequence/measurements_file.h).
+  std::filesystem::path measurements = {};
   SequenceOptions images = {};  // what is added to the images
 };
 

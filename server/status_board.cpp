@@ -209,7 +209,7 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.num_keyframes = static_cast<std::int32_t>(statistics.keyframes);
   status.num_matches = last_.num_matches;
   status.num_inliers = last_.num_inliers;
-  const auto sights = statistics.nis.find(MeasurementKind::kSight);
+  const auto sights = statistics.nis.find(InnovationKind::kSight);
   status.nis_ratio = sights == statistics.nis.end() ? 0 : static_cast<float>(sights->second.ratio);
   status.rss_bytes = resident_bytes();
   for (const auto& [source, count] : statistics.sources)

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "absolute_measurement.h"
 #include "geometry/rigid3.h"
 #include "reason.h"
 
@@ -38,6 +39,7 @@ struct FrameResult {
   Reason reason = Reason::kNone;
   std::string detail;      // the reason's numbers, in words
   Rigid3 map_from_camera;  // valid while state is kTracking
+  ScaleState scale;        // of that map
   CovarianceStatus covariance_status = CovarianceStatus::kNone;
   // Of (centre in map, rotation vector in the camera's frame): the wire's order.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
@@ -112,8 +114,8 @@ struct MapPoint {
 };
 
 // What the filter fuses.
-enum class MeasurementKind : std::int8_t { kSight = 0, kEdge = 1 };
-inline constexpr int kMeasurementKinds = 2;
+enum class InnovationKind : std::int8_t { kSight = 0, kEdge = 1 };
+inline constexpr int kInnovationKinds = 2;
 
 // Normalized innovations squared over their expectation, of the last keyframes: 1 where sigmas are
 // right, 4 where the noise is twice what they say.
@@ -132,10 +134,14 @@ struct MapperStatistics {
   std::int64_t starts = 0, losses = 0, rejected = 0;
   // FrameResult::num_moving: of all frames, of the one with the most, and the frames with any.
   std::int64_t moving_matches = 0, most_moving = 0, frames_with_moving = 0;
-  std::map<MeasurementKind, NisRatio> nis;
+  std::map<InnovationKind, NisRatio> nis;
   bool sigma_suspect = false;  // the alarm of map/nis_monitor.h, now
   std::map<PoseSource, std::int64_t> sources;
   std::map<Reason, std::int64_t> reasons;
+  ScaleState scale;  // of the current map
+  // Absolute measurements of all maps: used, refused, and those that still wait.
+  MeasurementCounts measurements;
+  std::int64_t measurements_waiting = 0;
 };
 
 }  // namespace eifmap

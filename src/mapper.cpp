@@ -22,6 +22,7 @@ bool Mapper::State::begins_stream(const FeatureFrame& frame) const {
 void Mapper::State::begin_stream(const FeatureFrame& frame) {
   last_time_us.reset();
   start.reset();
+  desk.forget_frames();
   if (live)
     lost_since_us = frame.time_us, may_go_on = false;
   else
@@ -62,6 +63,7 @@ void Mapper::State::count(const FrameResult& result) {
 }
 
 void Mapper::State::count_map() {
+  count_measurements();
   if (!live) return;
   const Map& map = live->map();
   statistics.keyframes = map.num_keyframes_in_use();
@@ -71,9 +73,20 @@ void Mapper::State::count_map() {
   statistics.removed_landmarks = live->removed_landmarks;
   statistics.edges = map.filter().num_edges();
   statistics.observations = static_cast<std::int64_t>(map.filter().num_measurements());
-  for (const MeasurementKind kind : {MeasurementKind::kSight, MeasurementKind::kEdge})
+  for (const InnovationKind kind : {InnovationKind::kSight, InnovationKind::kEdge})
     statistics.nis[kind] = nis.ratio(kind);
   statistics.sigma_suspect = nis.alarm();
+}
+
+void Mapper::State::count_measurements() {
+  statistics.measurements = desk.refused();
+  statistics.measurements += measured_before;
+  statistics.measurements_waiting = desk.num_waiting();
+  if (!live) return;
+  const MapScale& scale = live->map().scale();
+  statistics.measurements += scale.counts;
+  statistics.measurements_waiting += static_cast<std::int64_t>(scale.waiting.size());
+  statistics.scale = scale.state;
 }
 
 const FinishedMap* Mapper::State::largest(FinishedMap& scratch) const {
@@ -126,6 +139,8 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
       state.find_again(std::move(observed), result);
     else
       state.track(std::move(observed), result);
+    if (result.state != TrackingState::kTracking)
+      state.desk.add_frame(PlacedFrame::without_pose(frame.time_us));
     state.calibration.warn(result);
     state.warn_of_bounds(result);
     state.nis.warn(result, state.options.sigma_factor);
@@ -133,8 +148,18 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     result.map_updated = std::exchange(state.map_changed, false);
   }
   result.map_id = state.map_id;
+  if (state.live) {
+    result.map_epoch = state.live->map().epoch();
+    result.scale = state.live->map().scale().state;
+  }
   state.count(result);
   return result;
+}
+
+Reason Mapper::add_measurement(const AbsoluteMeasurement& measurement) {
+  const Reason reason = state_->desk.add(measurement);
+  state_->count_measurements();
+  return reason;
 }
 
 void Mapper::set_keyframe_runner(KeyframeRunner* runner, bool with_updates) {
@@ -157,6 +182,7 @@ MapUpdate Mapper::map_update() {
   MapUpdate update =
       live.update ? *std::exchange(live.update, std::nullopt) : live.news.since_last(live.map());
   update.map_id = state_->map_id;
+  update.map_epoch = live.map().epoch();
   return update;
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "absolute_measurement.h"
 #include "frame.h"
 #include "geometry/camera.h"
 #include "keyframe_job.h"
@@ -26,6 +27,12 @@ class Mapper {
   // One frame. Bad input comes back as rejected with its reason and changes nothing. A pure
   // function of the frames so far, and of what the runner says is due: no clock, no threads.
   FrameResult process(const FeatureFrame& frame);
+
+  // An absolute measurement, of the frames' clock; it may come before or after its frame. It enters
+  // the map with the first keyframe that comes after its frame. Says why it is refused at once;
+  // what happens to it later is in the statistics. What is made of it is a function of the order of
+  // the calls; beside, of when keyframes are made, too (keyframe_job.h).
+  Reason add_measurement(const AbsoluteMeasurement& measurement);
 
   // Keyframes go into the map beside process() from now on, run by `runner`, which must outlive the
   // mapper or be taken out (null) after settle(). Without one, the default, process() does it

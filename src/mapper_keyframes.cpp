@@ -18,6 +18,7 @@ KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observe
   work->calibration = calibration;
   work->tracking = tracking;
   work->hardly_seen = live->sight_counts.hardly_seen(live->map());
+  work->measurements = desk.take(live->map());
   work->before = live->current;
   work->after = std::move(live->spare);
   if (runner && with_updates) work->news = std::move(live->news);
@@ -36,8 +37,15 @@ Reason Mapper::State::adopt(KeyframeJob job) {
     return work.insertion.reason;
   }
   // Where the camera is, seen from its reference, has not changed.
-  const Rigid3 now_from_before =
-      work.after->pose(live->reference) * live->map().pose(live->reference).inverse();
+  Rigid3 reference_before = live->map().pose(live->reference);
+  if (work.after->epoch() != live->map().epoch()) {
+    const double metres_per_unit = work.after->scale().state.metres_per_unit;
+    reference_before.translation *= metres_per_unit;
+    live->make_metric(metres_per_unit);
+    desk.make_metric(metres_per_unit);
+    if (!work.update) live->news.begin_anew();
+  }
+  const Rigid3 now_from_before = work.after->pose(live->reference) * reference_before.inverse();
   live->last.pose = now_from_before * live->last.pose;
   live->last.step = now_from_before.rotation * live->last.step;
   if (live->log.newest_is(work.observed->frame.time_us))  // the filter knows better where it was
@@ -49,6 +57,7 @@ Reason Mapper::State::adopt(KeyframeJob job) {
   nis.add(work.insertion.innovations, live->map().filter().correlation().variance_factor());
   live->most_tracked.push_back(static_cast<int>(work.tracking.sights.size()));
   live->log.make_keyframe(work.observed->frame.time_us, work.insertion.keyframe);
+  desk.make_keyframe(work.observed->frame.time_us, work.insertion.keyframe);
   live->reference = work.insertion.keyframe;
   map_changed = true;
   return Reason::kNone;
@@ -115,6 +124,7 @@ void Mapper::State::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
   }
   const Map& map = live->map();
   live->log.add(time_us, keyframe, Rigid3());
+  desk.add_frame(PlacedFrame::as_keyframe(time_us, keyframe));
   live->last.pose = map.pose(keyframe);
   // The pose as the filter now has it is the better one, and what the frame's users get.
   result.map_from_camera = live->last.pose;

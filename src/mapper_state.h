@@ -12,6 +12,7 @@
 #include "map/calibration_check.h"
 #include "map/live_map.h"
 #include "map/map_start.h"
+#include "map/measurement_desk.h"
 #include "map/nis_monitor.h"
 #include "map/tracking.h"
 #include "mapper.h"
@@ -43,6 +44,7 @@ struct Mapper::State {
         options(o),
         start(c, o),
         calibration(c, o),
+        desk(o.measurement),
         map_sign(sign_to_start_with(o.map_sign)) {}
 
   Camera camera;
@@ -51,6 +53,8 @@ struct Mapper::State {
   MapStart start;
   CalibrationCheck calibration;
   NisMonitor nis;
+  MeasurementDesk desk;
+  MeasurementCounts measured_before;  // in maps before this one
   std::optional<LiveMap> live;
   std::optional<FinishedMap> finished;  // the largest of those given up
   std::int64_t map_id = 0;
@@ -77,6 +81,7 @@ struct Mapper::State {
   void count(const FrameResult& result);
   void count_map();
   double sigma_factor() const { return live ? live->map().sigma_factor() : options.sigma_factor; }
+  void count_measurements();
   const FinishedMap* largest(FinishedMap& scratch) const;
 
   // mapper_tracking.cpp: a frame's pose, lost and found

@@ -25,6 +25,7 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
   }
   if (live) {
     FinishedMap old = finish(*live);
+    measured_before += live->map().scale().counts;
     if (!finished || old.trajectory.size() > finished->trajectory.size()) finished = std::move(old);
   }
   live.emplace(std::move(begun.started->map), camera);
@@ -35,6 +36,9 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
   for (const TimedPose& posed : begun.started->posed)
     live->log.add(posed.time_us, 0, live->map().pose(0).inverse() * posed.world_from_camera);
   live->log.add(time_us, 1, Rigid3());
+  desk.forget_frames();
+  desk.add_frame(PlacedFrame::as_keyframe(live->map().keyframe(0).observed().frame.time_us, 0));
+  desk.add_frame(PlacedFrame::as_keyframe(time_us, 1));
   live->reference = 1;
   live->last = {live->map().pose(1)};
   result.state = TrackingState::kTracking;
@@ -149,6 +153,18 @@ void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
   result.detail = std::move(tracking.detail);
 }
 
+// As the desk for measurements wants it.
+static PlacedFrame placed_frame(const Map& map, const Tracking& tracking,
+                                const FrameResult& result) {
+  PlacedFrame frame{result.time_us, tracking.reference, result.reference_from_camera,
+                    tracking.covariance};
+  const Eigen::Matrix3d to_keyframe = map.pose(tracking.reference).matrix().transpose();
+  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Identity();
+  turn.bottomRightCorner<3, 3>() = to_keyframe;
+  frame.covariance = turn * frame.covariance * turn.transpose();
+  return frame;
+}
+
 void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result) {
   const Map& map = live->map();
   const bool continued = tracking.source != PoseSource::kRelocalized;
@@ -177,9 +193,10 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
       !job_runs && wants_keyframe(map, tracking, usual, options) && takes_keyframes();
   if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
   add_frame(*shared, tracking, result);
-  if (!as_keyframe) return;
-  runner->start(make_job(shared, tracking));
-  job_runs = true;
+  if (as_keyframe) {
+    runner->start(make_job(shared, tracking));
+    job_runs = true;
+  }
 }
 
 // One that is no keyframe.
@@ -190,6 +207,7 @@ void Mapper::State::add_frame(const ObservedFrame& observed, const Tracking& tra
       frame_covariance(live->map(), observed, tracking, options.absolute_pose, covariance);
   set_covariance(known, covariance, result);
   live->log.add(result.time_us, tracking.reference, result.reference_from_camera);
+  desk.add_frame(placed_frame(live->map(), tracking, result));
 }
 
 }  // namespace eifmap

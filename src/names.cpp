@@ -34,11 +34,11 @@ std::string_view name(TrackingState state) {
   return "UNKNOWN";
 }
 
-std::string_view name(MeasurementKind kind) {
+std::string_view name(InnovationKind kind) {
   switch (kind) {
-    case MeasurementKind::kSight:
+    case InnovationKind::kSight:
       return "sights";
-    case MeasurementKind::kEdge:
+    case InnovationKind::kEdge:
       return "edges";
   }
   return "unknown";

@@ -69,6 +69,15 @@ std::string filter_problem(const FilterOptions& o) {
   return "";
 }
 
+std::string measurement_problem(const MeasurementOptions& o) {
+  if (!(o.max_dt_s >= 0)) return say("measurement.max_dt_s", o.max_dt_s, "0 or more");
+  if (!(o.max_scale_sigma > 0 && o.max_scale_sigma <= 0.2))
+    return say("measurement.max_scale_sigma", o.max_scale_sigma, "above 0, at most 0.2");
+  if (o.min_positions < 4) return say("measurement.min_positions", o.min_positions, "4 or more");
+  if (o.max_waiting < 1) return say("measurement.max_waiting", o.max_waiting, "1 or more");
+  return "";
+}
+
 std::string lost_problem(const LostOptions& o) {
   if (o.min_inliers < 6) return say("lost.min_inliers", o.min_inliers, "6 or more");
   if (!(o.new_map_after_s >= 0)) return say("lost.new_map_after_s", o.new_map_after_s, "0 or more");
@@ -113,7 +122,8 @@ std::string MapperOptions::problem() const {
   for (const std::string& problem :
        {match.problem(), relative_pose.problem(), scale_fit.problem(), absolute_pose.problem(),
         start_problem(start), keyframe_problem(keyframe), landmark_problem(landmark),
-        edge_problem(edge), filter_problem(filter), lost_problem(lost), bound_problem(bound)})
+        edge_problem(edge), filter_problem(filter), measurement_problem(measurement),
+        lost_problem(lost), bound_problem(bound)})
     if (!problem.empty()) return problem;
   return "";
 }

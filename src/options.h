@@ -124,6 +124,18 @@ struct BoundOptions {
   int max_landmarks = 1000000;  // 50 for each keyframe
 };
 
+// Absolute measurements: positions, distances.
+struct MeasurementOptions {
+  // A measurement belongs to an image this close in time; between two images it is interpolated.
+  // Half the time between images at 10 Hz.
+  double max_dt_s = 0.05;
+  // Standard deviation of the scale's logarithm with which a map becomes metric: at 5 % nothing
+  // that is linear in the scale is far off.
+  double max_scale_sigma = 0.05;
+  int min_positions = 4;    // for that; a similarity transform takes 7 numbers of their 12
+  int max_waiting = 10000;  // of their images, and of the scale: hours at 1 Hz
+};
+
 struct LostOptions {
   int min_inliers = 30;          // to believe a relocalization
   double new_map_after_s = 2.0;  // lost this long: a new map may start
@@ -156,6 +168,7 @@ struct MapperOptions {
   LandmarkOptions landmark;
   EdgeOptions edge;
   FilterOptions filter;
+  MeasurementOptions measurement;
   LostOptions lost;
   BoundOptions bound;
 

@@ -40,6 +40,15 @@ enum class Reason : std::int16_t {
   kCalibrationSuspect = 51,
   kSigmaSuspect = 52,
   kMapFull = 53,
+  // Absolute measurements refused
+  kBadMeasurement = 80,
+  kBadMeasurementCovariance = 81,
+  kMeasurementWithoutFrame = 82,
+  kMeasurementWithoutPose = 83,
+  kMeasurementGated = 84,
+  kMeasurementTooLong = 85,
+  kMeasurementWithoutBaseline = 86,
+  kTooManyMeasurements = 87,
   // The server's own
   kInternalError = 60,
 };

@@ -16,14 +16,15 @@ PointSensitivity sensitivity(const FilterLandmark& landmark, const PointMeasurem
 // Sigma_pp of some poses: their blocks of S^-1, zero rows and columns for the gauge pose.
 class JointCovariance {
  public:
-  JointCovariance(std::vector<int> poses, int num_blocks, const SparseCholesky& cholesky)
+  JointCovariance(std::vector<int> poses, const PoseBlocks& blocks, int num_blocks,
+                  const SparseCholesky& cholesky)
       : poses_(std::move(poses)) {
     const auto columns = static_cast<Eigen::Index>(poses_.size() * kPoseDof);
     Eigen::MatrixXd selected = Eigen::MatrixXd::Zero(num_blocks * kPoseDof, columns);
     for (std::size_t k = 0; k < poses_.size(); ++k)
-      if (poses_[k] > 0)
+      if (poses_[k] != 0)
         selected
-            .block<kPoseDof, kPoseDof>((poses_[k] - 1) * kPoseDof,
+            .block<kPoseDof, kPoseDof>(blocks.of(poses_[k]) * kPoseDof,
                                        static_cast<Eigen::Index>(k) * kPoseDof)
             .setIdentity();
     const Eigen::MatrixXd whitened = cholesky.whiten(selected);
@@ -74,8 +75,8 @@ bool InformationFilter::covariances(const std::vector<int>& poses,
   std::sort(needed.begin(), needed.end());
   needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
   if (!std::all_of(needed.begin(), needed.end(), [this](int p) { return knows(p); })) return false;
-  const JointCovariance joint(needed, system_.matrix().size(), cholesky_);
-  const double factor = correlation_.variance_factor();
+  const JointCovariance joint(needed, blocks(), system_.matrix().size(), cholesky_);
+  const double factor = variance();
   for (int p : poses) of_poses.push_back(factor * joint.block(p, p));
   for (int l : landmarks) of_landmarks.push_back(factor * marginal(landmarks_[l], joint));
   return true;
@@ -103,11 +104,11 @@ bool InformationFilter::propagate(const std::vector<PoseSensitivity>& sensitivit
   Eigen::MatrixXd functions = Eigen::MatrixXd::Zero(system_.matrix().size() * kPoseDof, kPoseDof);
   for (const PoseSensitivity& s : sensitivities) {
     if (!knows(s.pose)) return false;
-    if (s.pose > 0)
-      functions.middleRows<kPoseDof>((s.pose - 1) * kPoseDof) += s.derivative.transpose();
+    if (s.pose != 0)
+      functions.middleRows<kPoseDof>(blocks().of(s.pose) * kPoseDof) += s.derivative.transpose();
   }
   const Eigen::MatrixXd whitened = cholesky_.whiten(functions);
-  covariance = correlation_.variance_factor() * (whitened.transpose() * whitened);
+  covariance = variance() * (whitened.transpose() * whitened);
   return covariance.allFinite();
 }
 

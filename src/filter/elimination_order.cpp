@@ -30,10 +30,11 @@ Graph graph_of(const BlockMatrix& matrix) {
   return graph;
 }
 
-std::vector<int> minimum_degree(const Graph& graph, int recent) {
+std::vector<int> minimum_degree(const Graph& graph, int recent, int late) {
   const int n = static_cast<int>(graph.start.size()) - 1;
   std::vector<int> constraint(static_cast<std::size_t>(n), 0), order(constraint);
-  for (int p = std::max(0, n - recent); p < n; ++p) constraint[p] = 1;
+  if (late >= 0) constraint[late] = 1;
+  for (int p = std::max(0, n - recent); p < n; ++p) constraint[p] = late >= 0 ? 2 : 1;
   const int status = camd_order(n, graph.start.data(), graph.neighbour.data(), order.data(),
                                 nullptr, nullptr, constraint.data());
   return status < 0 ? std::vector<int>() : order;
@@ -48,15 +49,17 @@ double elimination_cost(const BlockMatrix& matrix, const std::vector<int>& order
   return tree.cost();
 }
 
-std::vector<int> elimination_order(const BlockMatrix& matrix, int recent,
+std::vector<int> elimination_order(const BlockMatrix& matrix, int recent, int late,
                                    const std::vector<int>& present) {
   const int n = matrix.size();
   std::vector<int> best = present, own(static_cast<std::size_t>(n));
   std::iota(own.begin(), own.end(), 0);
   double cost = elimination_cost(matrix, present);
-  for (std::vector<int> order : {own, minimum_degree(graph_of(matrix), recent)}) {
+  for (std::vector<int> order : {own, minimum_degree(graph_of(matrix), recent, late)}) {
     if (order.empty()) continue;
     std::stable_partition(order.begin(), order.end(), [&](int p) { return p < n - recent; });
+    if (late >= 0 && late < n - recent)
+      std::stable_partition(order.begin(), order.end() - recent, [&](int p) { return p != late; });
     std::sort(order.end() - std::min(recent, n), order.end());
     const double other = elimination_cost(matrix, order);
     if (other >= cost) continue;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "filter/absolute_observation.h"
 #include "filter/measurement_models.h"
 
 namespace eifmap {
@@ -70,6 +71,18 @@ struct FilterEdge {
   double squared_error = 0;
 
   bool changed = true, moved = false;  // linearized, or another residual, since the last sum
+};
+
+struct FilterAbsolute {
+  AbsoluteObservation observation;
+  Eigen::Matrix3d whiten = Eigen::Matrix3d::Zero();
+  bool linearized = false;
+  // As of an edge; whitened, and scaled by the root of what it weighs against sights
+  // (InformationFilter::absolute_weight()).
+  AbsoluteRows frozen, now;
+  double squared_error = 0;  // at the mean; whitened, without the weight
+
+  bool changed = true, moved = false;  // as of an edge
 };
 
 }  // namespace eifmap

@@ -109,6 +109,14 @@ void InformationFilter::remove_pose(int pose) {
   for (const FilterEdge& edge : edges_)
     if (is_of(edge)) system_.before_removal(edge);
   std::erase_if(edges_, is_of);
+  std::erase_if(absolutes_, [this, pose](const FilterAbsolute& absolute) {
+    const auto& points = absolute.observation.points;
+    if (std::none_of(points.begin(), points.end(),
+                     [pose](const RigidPoint& point) { return point.pose == pose; }))
+      return false;
+    system_.before_removal(absolute);
+    return true;
+  });
   system_.remove(pose);
   removed_[pose] = 1;
   ++num_removed_;
@@ -201,7 +209,9 @@ FilterUpdate InformationFilter::update() {
     system_.set_gauge(gauge_);
   }
   if (options_.judge_edges) judge_edges();
+  judge_absolutes();
   poses_before_ = poses_;
+  earth_before_ = earth_from_map_;
   bool settled = settle(result);
   if (!settled) {
     // What is far off at the mean of before may be what spoils the matrix: once more without it.

@@ -30,7 +30,7 @@
 
 namespace eifmap {
 
-// A 6-vector's derivative to the error (w, dc) of one pose.
+// A 6-vector's derivative to the error (w, dc) of one pose, or of earth_from_map.
 struct PoseSensitivity {
   int pose = 0;
   PoseBlock derivative = PoseBlock::Zero();
@@ -82,6 +82,40 @@ class InformationFilter {
   // False when the covariance cannot be inverted.
   bool add_edge(int i, int j, const RelativePose& pose);
 
+  // Absolute measurements, absolute_measurements.cpp. Before the first, the map's unit becomes the
+  // metre by this: all lengths times `factor`, after which no gauge holds the scale but what is
+  // added below, before the next update. What the sights say does not change. Throws
+  // std::invalid_argument before the first update, for a factor that is not positive, and when it
+  // is metric already.
+  void make_metric(double metres_per_unit);
+  bool is_metric() const { return is_metric_; }
+  // About where absolute positions are; another unknown from now on. Again: begins anew from there.
+  // Of a metric map alone, else std::invalid_argument.
+  void set_earth_from_map(const Rigid3& earth_from_map);
+  bool has_earth() const { return system_.blocks().has_earth(); }
+  const Rigid3& earth_from_map() const { return earth_from_map_; }
+  // Refused, with a reason: not finite, a covariance that is not positive definite, too many points
+  // or coinciding ones, a pose that no update has had yet, a position without earth_from_map; and,
+  // `gated`, what contradicts the map by its innovation. Of a metric map alone, and of known poses,
+  // else std::invalid_argument.
+  // `again`: its innovation has been counted.
+  Reason add_absolute(const AbsoluteObservation& observation, bool gated = true,
+                      bool again = false);
+  const std::vector<FilterAbsolute>& absolutes() const { return absolutes_; }
+  // What the map's covariances must be multiplied by for the innovations of absolute measurements
+  // to be as large as they should: 1 while they are right, more where what disturbs the images (a
+  // calibration that is off) is in no keypoint's sigma. By the median, which wrong measurements do
+  // not move while most of the latest are right; once found it stays.
+  double map_variance() const { return map_variance_; }
+  // What their information is multiplied by. The filter takes the errors of a track's sights for
+  // independent and multiplies all covariances by variance() afterwards; absolute measurements are
+  // as good as they say, and so count that much more before.
+  double absolute_weight() const { return absolute_weight_; }
+  // Of the logarithm of the factor by which a similarity transform that brings the keyframes'
+  // centres to the true ones would scale the map: to first order it is the sum of a_k'dc_k with
+  // a_k = (c_k - c) / sum |c_k - c|^2, c the mean. False while the map is not metric, or unknown.
+  bool scale_sigma(double& sigma) const;
+
   // Moves the mean to where it belongs; then drops what does not fit. What stays further than a
   // thousandth of its sigma from the exact least-squares mean goes on with the next update.
   FilterUpdate update();
@@ -101,15 +135,16 @@ class InformationFilter {
   const FilterLandmark& landmark(int i) const { return landmarks_[i]; }
   const std::vector<FilterEdge>& edges() const { return edges_; }
   const SightCorrelation& correlation() const { return correlation_; }
+  const PoseBlocks& blocks() const { return system_.blocks(); }
 
   // Norm of the whitened reprojection error at the mean (the number of sigmas); infinite behind the
   // camera.
   double error(int landmark, const PointMeasurement& measurement) const;
 
   // Marginal covariances, in the gauge: the first pose is where it is by definition, and the first
-  // baseline keeps its length along its first direction. Errors of a track's sights are not
-  // independent, and that is allowed for (sight_correlation.h). As of the last successful update;
-  // false before it, or for what was added after it.
+  // baseline keeps its length along its first direction until the map is metric. Errors of a
+  // track's sights are not independent, and that is allowed for (sight_correlation.h). As of the
+  // last successful update; false before it, or for what was added after it.
   //
   // Of one pose (w, dc).
   bool pose_covariance(int pose, PoseBlock& covariance) const;
@@ -126,7 +161,7 @@ class InformationFilter {
  private:
   // Of the mean, as the gradient asks for.
   struct Step {
-    Eigen::VectorXd delta;  // of the poses but the first
+    Eigen::VectorXd delta;  // by block
     double squared = 0;     // sigmas
     bool of_all = false;    // or of the latest poses alone
   };
@@ -136,6 +171,11 @@ class InformationFilter {
   void touch(int landmark);
   void touch(int landmark, const Eigen::Vector3d& position_before);
   void judge_edges();
+  void judge_absolutes();
+  bool has_baseline(const AbsoluteObservation& observation) const;
+  bool passes_gate(const FilterAbsolute& absolute, bool again);
+  double variance() const { return correlation_.variance_factor() * map_variance_; }
+  void find_earth_again(const AbsoluteObservation& newest);
   bool settle(FilterUpdate& update);
   bool next_step(bool ask_latest, Step& step);
   std::size_t linearize_moved();
@@ -147,8 +187,9 @@ class InformationFilter {
   void set_pose(int pose, const Rigid3& world_from_camera);
   void undo();
   bool knows(int pose) const {
-    return cholesky_.has_factor() && pose >= 0 && pose <= system_.matrix().size() &&
-           removed_[pose] == 0;
+    return cholesky_.has_factor() && (pose == 0 || system_.blocks().of(pose) >= 0) &&
+           system_.blocks().of(pose) < system_.matrix().size() &&
+           (pose == kEarthFromMap || removed_[pose] == 0);
   }
   void drop_sights(const std::vector<int>& landmarks, double gate, FilterUpdate& update);
   bool drop_edges(FilterUpdate& update);
@@ -162,6 +203,11 @@ class InformationFilter {
   int num_removed_ = 0;                // poses
   std::vector<FilterLandmark> landmarks_;
   std::vector<FilterEdge> edges_;
+  std::vector<FilterAbsolute> absolutes_;
+  Rigid3 earth_from_map_, earth_before_;  // with has_earth(); before the update
+  bool is_metric_ = false;
+  double absolute_weight_ = 1, map_variance_ = 1;
+  std::vector<double> variances_asked_for_;  // by an innovation each
   PoseIndex index_;
   // Landmarks with another measurement, place or residual than when they were last linearized and
   // summed; and since the last update that succeeded. No other sights need be looked at.
@@ -172,7 +218,7 @@ class InformationFilter {
   double edge_variance_ = 1;  // what the edges' covariances are multiplied by
   ScaleGauge gauge_;          // of the first two poses, as they were at the first update
   bool has_gauge_ = false;
-  ReducedSystem system_;     // over all poses but the first
+  ReducedSystem system_;     // over all poses but the first, and earth_from_map
   SparseCholesky cholesky_;  // of the last update's matrix; as new where that failed
   bool shrunk_ = false;      // the matrix has lost blocks since
   CorrelationSums correlation_sums_;

@@ -75,4 +75,30 @@ void linearize(FilterEdge& edge, const Rigid3& world_from_i, const Rigid3& world
   edge.changed = true;
 }
 
+void linearize(FilterAbsolute& absolute, const std::vector<Rigid3>& poses,
+               const Rigid3& earth_from_map, Relinearize when, double weight) {
+  constexpr double kTurned = 1e-3;  // of the derivative
+  if (absolute.linearized && !absolute.moved && !absolute.changed) return;
+  AbsoluteRows at_mean = linearize(absolute.observation, poses, earth_from_map);
+  absolute.squared_error = (absolute.whiten * at_mean.residual).squaredNorm();
+  if (absolute.linearized && when == Relinearize::kOnce) return;
+  const Eigen::Matrix3d scale = std::sqrt(weight) * absolute.whiten;
+  at_mean.residual = scale * at_mean.residual;
+  for (PoseRows& rows : at_mean.of_pose) rows.derivative = scale * rows.derivative;
+  absolute.now = std::move(at_mean);
+  const auto turned = [&absolute] {
+    double sum = 0;
+    for (std::size_t k = 0; k < absolute.now.of_pose.size(); ++k)
+      sum += (absolute.now.of_pose[k].derivative - absolute.frozen.of_pose[k].derivative)
+                 .squaredNorm();
+    return sum;
+  };
+  if (absolute.linearized && !absolute.changed && when == Relinearize::kThreshold &&
+      turned() <= kTurned * kTurned * absolute.frozen.squared_derivative())
+    return;
+  absolute.frozen = absolute.now;
+  absolute.linearized = true;
+  absolute.changed = true;
+}
+
 }  // namespace eifmap

@@ -7,6 +7,8 @@
 // little information, and the errors of all sights together must stay far below it.
 #pragma once
 
+#include <vector>
+
 #include "filter/filter_state.h"
 #include "geometry/projection.h"
 #include "geometry/rigid3.h"
@@ -31,5 +33,9 @@ bool linearize(PointMeasurement& sight, const Projector& projector, const Eigen:
 // The same of an edge between poses at the mean. `variance`: what its covariance is multiplied by.
 void linearize(FilterEdge& edge, const Rigid3& world_from_i, const Rigid3& world_from_j,
                Relinearize when, double variance);
+
+// The same of an absolute measurement. `weight`: what its information is multiplied by.
+void linearize(FilterAbsolute& absolute, const std::vector<Rigid3>& poses,
+               const Rigid3& earth_from_map, Relinearize when, double weight);
 
 }  // namespace eifmap

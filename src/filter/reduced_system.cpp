@@ -103,7 +103,8 @@ void ReducedSystem::grow(int num_blocks) {
 // The block of two poses is to be summed again. What came and went between two sums is in no
 // column, and need not be.
 void ReducedSystem::mark(int pose, int other, bool may_insert) {
-  const int a = std::max(pose, other) - 1, b = std::min(pose, other) - 1;
+  const int p = blocks_.of(pose), q = blocks_.of(other);
+  const int a = std::max(p, q), b = std::min(p, q);
   if (b < 0 || a >= matrix_.size()) return;
   BlockColumn& column = matrix_.column[a];
   int at = column.find(b);
@@ -117,7 +118,18 @@ void ReducedSystem::mark(int pose, int other, bool may_insert) {
 }
 
 void ReducedSystem::touch_right_side(int pose) {
-  if (pose > 0 && pose <= matrix_.size()) stale_side_[pose - 1] = 1;
+  const int block = blocks_.of(pose);
+  if (block >= 0 && block < matrix_.size()) stale_side_[block] = 1;
+}
+
+void ReducedSystem::touch_right_side(const FilterAbsolute& absolute) {
+  for (const PoseRows& rows : absolute.now.of_pose) touch_right_side(rows.pose);
+}
+
+void ReducedSystem::set_gauge(const ScaleGauge& gauge) {
+  gauge_ = gauge;
+  mark(1, 1, false);
+  touch_right_side(1);
 }
 
 void ReducedSystem::mark_pairs(const FilterLandmark& landmark, bool may_insert) {
@@ -137,6 +149,17 @@ void ReducedSystem::mark_blocks(const FilterEdge& edge, bool may_insert) {
   touch_right_side(edge.j);
 }
 
+void ReducedSystem::mark_blocks(const FilterAbsolute& absolute, bool may_insert) {
+  const std::vector<PoseRows>& rows = absolute.frozen.of_pose;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    for (std::size_t l = 0; l <= k; ++l) mark(rows[k].pose, rows[l].pose, may_insert);
+  touch_right_side(absolute);
+}
+
+void ReducedSystem::before_removal(const FilterAbsolute& absolute) {
+  mark_blocks(absolute, false);
+}
+
 void ReducedSystem::before_removal(const FilterLandmark& landmark) {
   mark_pairs(landmark, false);
 }
@@ -146,8 +169,8 @@ void ReducedSystem::before_removal(const FilterEdge& edge) {
 }
 
 void ReducedSystem::remove(int pose) {
-  const int a = pose - 1;
-  grow(pose);
+  const int a = blocks_.of(pose);
+  grow(a + 1);
   const auto erase = [this](int in, std::ptrdiff_t at) {
     BlockColumn& column = matrix_.column[in];
     column.row.erase(column.row.begin() + at);
@@ -176,12 +199,12 @@ void ReducedSystem::clear_stale_blocks(int a) {
 // The stale blocks of one sight's column: with all sights of the same landmark.
 void ReducedSystem::add_sight(const FilterLandmark& landmark, std::size_t own) {
   thread_local std::vector<Product> products;
-  const int a = landmark.eliminations[own].pose - 1;
+  const int a = blocks_.of(landmark.eliminations[own].pose);
   BlockColumn& column = matrix_.column[a];
   products.clear();
   std::size_t k = 0;
   for (const Elimination& other : landmark.eliminations) {
-    const int b = other.pose - 1;
+    const int b = blocks_.of(other.pose);
     if (b < 0 || b > a) continue;
     if (column.row[k] > b) k = 0;  // sights are in the order of their poses, mostly
     while (column.row[k] < b) ++k;
@@ -197,15 +220,17 @@ void ReducedSystem::add_sight(const FilterLandmark& landmark, std::size_t own) {
 // What is left for the poses once the landmark is eliminated.
 void ReducedSystem::add_right_side(const FilterLandmark& landmark) {
   for (const PointMeasurement& m : landmark.measurements) {
-    if (m.pose == 0 || !stale_side_[m.pose - 1]) continue;
+    const int block = blocks_.of(m.pose);
+    if (block < 0 || !stale_side_[block]) continue;
     const Eigen::Vector2d left = m.residual - to_landmark(m.d_pose_now) * landmark.step;
-    right_side_.segment<6>(6 * (m.pose - 1)).noalias() += m.d_pose_now.transpose() * left;
+    right_side_.segment<6>(6 * block).noalias() += m.d_pose_now.transpose() * left;
   }
 }
 
 // The block of S to add to; none where it is not to be summed.
 PoseBlock* ReducedSystem::stale_block(int i, int j) {
-  const int a = std::max(i, j) - 1, b = std::min(i, j) - 1;
+  const int p = blocks_.of(i), q = blocks_.of(j);
+  const int a = std::max(p, q), b = std::min(p, q);
   if (b < 0 || !stale_column_[a]) return nullptr;
   const int at = matrix_.column[a].find(b);
   return stale_[a][at] ? &matrix_.column[a].block[at] : nullptr;
@@ -222,10 +247,38 @@ void ReducedSystem::add_edge(const FilterEdge& edge) {
     block->noalias() +=
         (upper ? frozen.d_i : frozen.d_j).transpose() * (upper ? frozen.d_j : frozen.d_i);
   }
-  if (edge.i > 0 && stale_side_[edge.i - 1])
-    right_side_.segment<6>(6 * (edge.i - 1)).noalias() += now.d_i.transpose() * now.residual;
-  if (edge.j > 0 && stale_side_[edge.j - 1])
-    right_side_.segment<6>(6 * (edge.j - 1)).noalias() += now.d_j.transpose() * now.residual;
+  const int i = blocks_.of(edge.i), j = blocks_.of(edge.j);
+  if (i >= 0 && stale_side_[i])
+    right_side_.segment<6>(6 * i).noalias() += now.d_i.transpose() * now.residual;
+  if (j >= 0 && stale_side_[j])
+    right_side_.segment<6>(6 * j).noalias() += now.d_j.transpose() * now.residual;
+}
+
+void ReducedSystem::add_absolute(const FilterAbsolute& absolute) {
+  const std::vector<PoseRows>& frozen = absolute.frozen.of_pose;
+  for (std::size_t k = 0; k < frozen.size(); ++k)
+    for (std::size_t l = 0; l <= k; ++l) {
+      PoseBlock* block = stale_block(frozen[k].pose, frozen[l].pose);
+      if (!block) continue;
+      const bool in_order = blocks_.of(frozen[l].pose) <= blocks_.of(frozen[k].pose);
+      const PoseRows &upper = frozen[in_order ? l : k], &lower = frozen[in_order ? k : l];
+      block->noalias() += upper.derivative.transpose() * lower.derivative;
+    }
+  for (const PoseRows& now : absolute.now.of_pose) {
+    const int block = blocks_.of(now.pose);
+    if (block < 0 || !stale_side_[block]) continue;
+    right_side_.segment<6>(6 * block).noalias() +=
+        now.derivative.transpose() * absolute.now.residual;
+  }
+}
+
+// Where all positions lie on a line nothing but noise says how earth is turned about it, and steps
+// of the mean would turn it on and on. So it counts as known to half a radian, in the matrix alone:
+// that pulls at nothing, and beside the first position off the line it weighs little.
+void ReducedSystem::add_earth_prior() {
+  if (!blocks_.has_earth()) return;
+  if (PoseBlock* block = stale_block(kEarthFromMap, kEarthFromMap))
+    block->diagonal().head<3>().array() += 1 / (kEarthPrior * kEarthPrior);
 }
 
 void ReducedSystem::add_gauge(const Eigen::Vector3d& baseline) {
@@ -242,8 +295,8 @@ void ReducedSystem::add_gauge(const Eigen::Vector3d& baseline) {
 
 void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& landmarks,
                         const std::vector<int>& touched, std::vector<FilterEdge>& edges,
-                        const Eigen::Vector3d& baseline) {
-  const int n = index.num_poses() - 1;
+                        std::vector<FilterAbsolute>& absolutes, const Eigen::Vector3d& baseline) {
+  const int n = blocks_.count(index.num_poses());
   grow(n);
   largest_step_alone_ = 0;
   for (int l : touched) {
@@ -263,6 +316,11 @@ void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& lan
     if (edge.moved) touch_right_side(edge.i), touch_right_side(edge.j);
     edge.changed = edge.moved = false;
   }
+  for (FilterAbsolute& absolute : absolutes) {
+    if (absolute.changed) mark_blocks(absolute, true);
+    if (absolute.moved) touch_right_side(absolute);
+    absolute.changed = absolute.moved = false;
+  }
   num_blocks_summed_ = 0;
   right_side_.conservativeResize(n * kPoseDof);
   for (int a = 0; a < n; ++a) {
@@ -270,19 +328,22 @@ void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& lan
     if (stale_column_[a] && removed_[a]) matrix_.column[a].block.back().setIdentity();
     if (stale_side_[a]) right_side_.segment<6>(6 * a).setZero();
     if (!stale_column_[a] && !stale_side_[a]) continue;
-    for (int l : index.landmarks(a + 1)) concerned_.insert(l);
+    if (const int pose = blocks_.pose(a); pose != kEarthFromMap)
+      for (int l : index.landmarks(pose)) concerned_.insert(l);
   }
   // Landmark by landmark: what one of them says of all its poses lies together.
   for (int l : concerned_.sorted()) {
     const FilterLandmark& landmark = landmarks[l];
     for (std::size_t k = 0; k < landmark.eliminations.size(); ++k) {
-      const int a = landmark.eliminations[k].pose - 1;
+      const int a = blocks_.of(landmark.eliminations[k].pose);
       if (a >= 0 && stale_column_[a]) add_sight(landmark, k);
     }
     add_right_side(landmark);
   }
   concerned_.clear();
   for (const FilterEdge& edge : edges) add_edge(edge);
+  for (const FilterAbsolute& absolute : absolutes) add_absolute(absolute);
+  add_earth_prior();
   add_gauge(baseline);
   for (int a = 0; a < n; ++a)
     if (stale_column_[a]) std::fill(stale_[a].begin(), stale_[a].end(), 0);

@@ -14,6 +14,7 @@
 #include "filter/block_matrix.h"
 #include "filter/filter_state.h"
 #include "filter/landmark_set.h"
+#include "filter/pose_blocks.h"
 #include "filter/pose_index.h"
 
 namespace eifmap {
@@ -26,14 +27,21 @@ struct ScaleGauge {
   double length = 0;                                     // map units; 0: the scale is not held
 };
 
-// Pose p is block p - 1; pose 0 is the gauge and has none.
+// rad, of each direction: as what earth's orientation counts as known before any position has come.
+inline constexpr double kEarthPrior = 0.5;
+
+// Over all poses but the first, which is the gauge, and earth_from_map where there is one.
 class ReducedSystem {
  public:
-  void set_gauge(const ScaleGauge& gauge) { gauge_ = gauge; }
+  void set_gauge(const ScaleGauge& gauge);
+  // Another unknown from now on, after so many poses.
+  void append_earth(int num_poses) { blocks_.append_earth(num_poses); }
+  const PoseBlocks& blocks() const { return blocks_; }
 
   // To be called before a measurement of the landmark, or the edge, is taken out.
   void before_removal(const FilterLandmark& landmark);
   void before_removal(const FilterEdge& edge);
+  void before_removal(const FilterAbsolute& absolute);
   // Of a pose that nothing measures any more: its blocks with others go, and its own becomes the
   // unit matrix, so that it stays where it is and in nobody's way.
   void remove(int pose);
@@ -44,7 +52,7 @@ class ReducedSystem {
   // mean.
   void sum(const PoseIndex& index, std::vector<FilterLandmark>& landmarks,
            const std::vector<int>& touched, std::vector<FilterEdge>& edges,
-           const Eigen::Vector3d& baseline);
+           std::vector<FilterAbsolute>& absolutes, const Eigen::Vector3d& baseline);
 
   // What was summed again since the last mark_factored() is marked as changed.
   const BlockMatrix& matrix() const { return matrix_; }
@@ -59,14 +67,19 @@ class ReducedSystem {
   void mark(int pose, int other, bool may_insert);
   void mark_pairs(const FilterLandmark& landmark, bool may_insert);
   void mark_blocks(const FilterEdge& edge, bool may_insert);
+  void mark_blocks(const FilterAbsolute& absolute, bool may_insert);
   void touch_right_side(int pose);
+  void touch_right_side(const FilterAbsolute& absolute);
   void clear_stale_blocks(int a);
   void add_sight(const FilterLandmark& landmark, std::size_t own);
   void add_right_side(const FilterLandmark& landmark);
   void add_edge(const FilterEdge& edge);
+  void add_absolute(const FilterAbsolute& absolute);
+  void add_earth_prior();
   PoseBlock* stale_block(int i, int j);
   void add_gauge(const Eigen::Vector3d& baseline);
 
+  PoseBlocks blocks_;
   ScaleGauge gauge_;
   double gauge_weight_ = 0;
   BlockMatrix matrix_;

@@ -53,6 +53,8 @@ std::size_t InformationFilter::linearize_moved() {
   }
   for (FilterEdge& edge : edges_)
     linearize(edge, poses_[edge.i], poses_[edge.j], options_.relinearize, edge_variance_);
+  for (FilterAbsolute& absolute : absolutes_)
+    linearize(absolute, poses_, earth_from_map_, options_.relinearize, absolute_weight_);
   return count;
 }
 
@@ -63,13 +65,14 @@ void InformationFilter::linearize_all_anew() {
     touch(l);
   }
   for (FilterEdge& edge : edges_) edge.linearized = false, edge.changed = true;
+  for (FilterAbsolute& a : absolutes_) a.linearized = false, a.changed = true;
 }
 
 // The factor's pattern grows only.
 bool InformationFilter::solve_for_all(Eigen::VectorXd& delta_poses) {
   if (shrunk_) cholesky_ = SparseCholesky();
   shrunk_ = false;
-  if (!cholesky_.factor(system_.matrix())) return false;
+  if (!cholesky_.factor(system_.matrix(), blocks().earth())) return false;
   system_.mark_factored();
   delta_poses = cholesky_.solve(system_.right_side());
   return delta_poses.allFinite();
@@ -117,16 +120,24 @@ bool InformationFilter::move_alone(FilterLandmark& landmark, double still) const
 void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
   // [WD10] (7) moves all.
   const double still = options_.relinearize == Relinearize::kOnce ? 0 : kStill;
+  const auto step_of = [&](int pose) { return delta_poses.segment<6>(6 * blocks().of(pose)); };
+  const auto is_step = [&](int pose) {
+    const Eigen::Matrix<double, 6, 1> delta = step_of(pose);
+    if (delta.isZero(0)) return false;  // not of the latest
+    const PoseBlock& block = system_.matrix().column[blocks().of(pose)].block.back();
+    return delta.dot(block * delta) > still * still;
+  };
   std::vector<std::uint8_t> moves(poses_.size(), 0);
   for (int p = 1; p < num_poses(); ++p) {
-    const auto delta = delta_poses.segment<6>(6 * (p - 1));
-    if (delta.isZero(0)) continue;  // not of the latest
-    const double squared = delta.dot(system_.matrix().column[p - 1].block.back() * delta);
-    if (squared <= still * still) continue;
+    if (!is_step(p)) continue;
     moves[p] = 1;
     for (int l : index_.landmarks(p)) touch(l);
-    set_pose(p, retract(poses_[p], delta.head<3>(), delta.tail<3>()));
+    set_pose(p, retract(poses_[p], step_of(p).head<3>(), step_of(p).tail<3>()));
   }
+  const bool earth_moves = has_earth() && is_step(kEarthFromMap);
+  if (earth_moves)
+    earth_from_map_ = retract(earth_from_map_, step_of(kEarthFromMap).head<3>(),
+                              step_of(kEarthFromMap).tail<3>());
   const std::vector<int> in_question = touched_.sorted();
   touched_.clear();
   for (int l : in_question) {
@@ -135,7 +146,7 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
     bool moved = false;
     for (PointMeasurement& m : landmark.measurements) {
       if (!moves[m.pose]) continue;
-      m.residual.noalias() -= m.d_pose_now * delta_poses.segment<6>(6 * (m.pose - 1));
+      m.residual.noalias() -= m.d_pose_now * step_of(m.pose);
       moved = true;
     }
     if (move_alone(landmark, moved ? 0 : still)) moved = true;
@@ -143,17 +154,23 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
   }
   for (FilterEdge& edge : edges_) {
     Eigen::Matrix<double, 5, 1>& residual = edge.now.residual;
-    if (moves[edge.i])
-      residual.noalias() -= edge.now.d_i * delta_poses.segment<6>(6 * (edge.i - 1));
-    if (moves[edge.j])
-      residual.noalias() -= edge.now.d_j * delta_poses.segment<6>(6 * (edge.j - 1));
+    if (moves[edge.i]) residual.noalias() -= edge.now.d_i * step_of(edge.i);
+    if (moves[edge.j]) residual.noalias() -= edge.now.d_j * step_of(edge.j);
     if (moves[edge.i] || moves[edge.j]) edge.moved = true;
+  }
+  for (FilterAbsolute& absolute : absolutes_) {
+    for (const PoseRows& rows : absolute.now.of_pose) {
+      if (rows.pose == kEarthFromMap ? !earth_moves : !moves[rows.pose]) continue;
+      absolute.now.residual.noalias() -= rows.derivative * step_of(rows.pose);
+      absolute.moved = true;
+    }
   }
 }
 
 void InformationFilter::undo() {
   cholesky_ = SparseCholesky();
   for (int p = 0; p < num_poses(); ++p) set_pose(p, poses_before_[p]);
+  earth_from_map_ = earth_before_;
   for (const auto& [landmark, position] : positions_before_)
     landmarks_[landmark].position = position;
   linearize_all_anew();
@@ -163,7 +180,8 @@ void InformationFilter::undo() {
 bool InformationFilter::next_step(bool ask_latest, Step& step) {
   const double of_landmarks = std::pow(system_.largest_step_alone(), 2);
   step = {{}, 0, false};
-  if (ask_latest && solve_latest(system_.matrix(), system_.right_side(), kLatest, step.delta))
+  if (ask_latest &&
+      solve_latest(system_.matrix(), system_.right_side(), kLatest, blocks().earth(), step.delta))
     step.squared = step.delta.dot(system_.right_side()) + of_landmarks;
   if (step.squared > kRough * kRough) return true;
   Step of_all{{}, 0, true};
@@ -177,7 +195,7 @@ bool InformationFilter::next_step(bool ask_latest, Step& step) {
 WholeIteration InformationFilter::iterate_whole() {
   linearize_all_anew();
   linearize_moved();
-  system_.sum(index_, landmarks_, touched_.sorted(), edges_,
+  system_.sum(index_, landmarks_, touched_.sorted(), edges_, absolutes_,
               poses_[1].translation - poses_[0].translation);
   Eigen::VectorXd delta;
   if (!solve_for_all(delta)) return {};
@@ -195,7 +213,7 @@ bool InformationFilter::settle(FilterUpdate& update) {
   Step before{{}, std::numeric_limits<double>::infinity(), false};
   while (true) {
     update.relinearized += linearize_moved();
-    system_.sum(index_, landmarks_, touched_.sorted(), edges_,
+    system_.sum(index_, landmarks_, touched_.sorted(), edges_, absolutes_,
                 poses_[1].translation - poses_[0].translation);
     Step step;
     if (!next_step(left_of_latest > 0, step)) {

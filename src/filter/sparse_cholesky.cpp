@@ -60,7 +60,7 @@ using Panel = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
 }  // namespace
 
-void SparseCholesky::renew_tree(const BlockMatrix& matrix) {
+void SparseCholesky::renew_tree(const BlockMatrix& matrix, int late) {
   was_ordered_ = false;
   if (tree_.size() == matrix.size() && num_blocks_ == matrix.num_blocks()) return;
   num_blocks_ = matrix.num_blocks();
@@ -68,7 +68,7 @@ void SparseCholesky::renew_tree(const BlockMatrix& matrix) {
   const double growth =
       size_when_sought_ == 0 ? 0 : static_cast<double>(tree_.size()) / size_when_sought_;
   if (tree_.size() > kRecent && tree_.cost() > kCostlier * growth * cost_when_sought_) {
-    std::vector<int> order = elimination_order(matrix, kRecent, tree_.order());
+    std::vector<int> order = elimination_order(matrix, kRecent, late, tree_.order());
     was_ordered_ = order != tree_.order();
     if (was_ordered_) {
       tree_.set_order(std::move(order));
@@ -143,9 +143,9 @@ bool SparseCholesky::factor_panel(Node& node) {
   return true;
 }
 
-bool SparseCholesky::factor(const BlockMatrix& matrix) {
+bool SparseCholesky::factor(const BlockMatrix& matrix, int late) {
   pin_blas_to_one_thread();
-  renew_tree(matrix);
+  renew_tree(matrix, late);
   const std::vector<std::shared_ptr<const Node>> before = std::move(nodes_);
   nodes_.clear();
   num_factored_ = 0;

@@ -17,7 +17,8 @@ class SparseCholesky {
  public:
   // False when the matrix is not positive definite; there is no factor then. Blocks that are not
   // marked as changed must be as in the last call. The matrix may have grown by columns and blocks.
-  bool factor(const BlockMatrix& matrix);
+  // `late` (-1: none): a block that meets many others; it decides the order alone.
+  bool factor(const BlockMatrix& matrix, int late = -1);
   bool has_factor() const { return !nodes_.empty(); }
 
   // x with matrix x = b, one column of b at a time; needs a successful factor() before.
@@ -42,7 +43,7 @@ class SparseCholesky {
     int height() const { return kPoseDof * (columns() + static_cast<int>(rows.size())); }
   };
 
-  void renew_tree(const BlockMatrix& matrix);
+  void renew_tree(const BlockMatrix& matrix, int late);
   bool may_stay(const Node& node, const BlockMatrix& matrix) const;
   void assemble(Node& node, const BlockMatrix& matrix);
   void take_off(const Node& descendant, int from, int to, Node& node);

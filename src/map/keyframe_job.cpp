@@ -21,10 +21,15 @@ void KeyframeJob::run() {
     *work.after = *work.before;  // into memory that is there
   else
     work.after = std::make_shared<Map>(*work.before);
+  const int epoch = work.after->epoch();
+  add_measurements(*work.after, std::move(work.measurements), work.options.measurement);
   work.insertion =
       insert_keyframe(*work.after, work.observed, work.tracking, work.hardly_seen, work.options);
+  if (work.insertion.reason == Reason::kNone)
+    work.insertion.reason = fix_scale(*work.after, work.options.measurement);
   if (work.insertion.reason != Reason::kNone) return;
   work.calibration->look_at(*work.after);
+  if (work.news && work.after->epoch() != epoch) work.news->begin_anew();
   if (work.news) work.update = work.news->since_last(*work.after);
 }
 

@@ -19,8 +19,9 @@ struct KeyframeWork {
   std::int64_t id = 0, map_id = 0;
   MapperOptions options;
   std::shared_ptr<const ObservedFrame> observed;
-  Tracking tracking;                  // of the frame in `before`
-  std::vector<int> hardly_seen;       // landmarks (tracks), see SightCounts
+  Tracking tracking;             // of the frame in `before`
+  std::vector<int> hardly_seen;  // landmarks (tracks), see SightCounts
+  std::vector<PlacedMeasurement> measurements;
   std::shared_ptr<const Map> before;  // read by the tracking meanwhile
   std::optional<MapNews> news;        // of `before`; none: nobody wants updates of the map
   std::optional<CalibrationCheck> calibration;  // its pairs so far; run() adds to them

@@ -9,6 +9,13 @@ LiveMap::LiveMap(Map started, const Camera& camera)
   most_tracked.assign(static_cast<std::size_t>(map().num_keyframes()), map().num_landmarks());
 }
 
+void LiveMap::make_metric(double metres_per_unit) {
+  log.make_metric(metres_per_unit);
+  sight_counts.make_metric(metres_per_unit);
+  last.pose.translation *= metres_per_unit;
+  last.step *= metres_per_unit;
+}
+
 FinishedMap finish(const LiveMap& live) {
   FinishedMap finished;
   const Map& map = live.map();

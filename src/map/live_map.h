@@ -17,6 +17,8 @@ namespace eifmap {
 
 struct LiveMap {
   LiveMap(Map started, const Camera& camera);
+  // All that is in the map's unit but the map itself, when that has become metric.
+  void make_metric(double metres_per_unit);
   // Never written to once it is here: a job may be reading it.
   const Map& map() const { return *current; }
 

@@ -10,6 +10,7 @@
 
 #include "filter/information_filter.h"
 #include "geometry/rigid3.h"
+#include "map/map_scale.h"
 #include "map/observed_frame.h"
 #include "map/sight_noise.h"
 #include "map_view.h"
@@ -102,6 +103,12 @@ class Map {
   void spend(MapEdge edge);
   const std::vector<MapEdge>& edges() const { return edges_; }
 
+  // Its scale, and what is to fix it.
+  const MapScale& scale() const { return scale_; }
+  MapScale& scale() { return scale_; }
+  // 1 more when all of it has changed at once, as when it became metric.
+  int epoch() const { return scale_.state.status == ScaleStatus::kFixed ? 1 : 0; }
+
   // Updates the filter and lets the map follow what it dropped.
   FilterUpdate update();
 
@@ -127,6 +134,7 @@ class Map {
   std::vector<MapEdge> edges_;
   InformationFilter filter_;
   SightNoise noise_;
+  MapScale scale_;
   std::vector<int> track_of_landmark_;
   int num_landmarks_ = 0;
   int num_removed_ = 0;  // keyframes

@@ -1,5 +1,7 @@
 #include "map/map_news.h"
 
+#include <utility>
+
 namespace eifmap {
 namespace {
 
@@ -97,9 +99,15 @@ void MapNews::compare_landmarks(const Map& map, MapUpdate& update) {
   }
 }
 
+void MapNews::begin_anew() {
+  sent_poses_.clear();
+  sent_.clear();
+  is_whole_ = true;
+}
+
 MapUpdate MapNews::since_last(const Map& map) {
   MapUpdate update;
-  update.base_seq = seq_;
+  update.base_seq = std::exchange(is_whole_, false) ? -1 : seq_;
   update.seq = ++seq_;
   compare_keyframes(map, update);
   compare_landmarks(map, update);

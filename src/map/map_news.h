@@ -20,12 +20,15 @@ class MapNews {
  public:
   // Fills everything but map_id and map_epoch.
   MapUpdate since_last(const Map& map);
+  // The next is a whole map.
+  void begin_anew();
 
  private:
   void compare_keyframes(const Map& map, MapUpdate& update);
   void compare_landmarks(const Map& map, MapUpdate& update);
 
   std::int64_t seq_ = -1;
+  bool is_whole_ = true;                       // the next one
   std::vector<Rigid3> sent_poses_;             // by keyframe
   std::map<std::int64_t, LandmarkView> sent_;  // by landmark
 };

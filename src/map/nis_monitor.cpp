@@ -77,9 +77,9 @@ void NisMonitor::add(const Innovations& innovations, double variance_factor) {
     accumulate(one.sights, total.sights);
     accumulate(one.edges, total.edges);
   }
-  ratios_[static_cast<std::size_t>(MeasurementKind::kSight)] =
+  ratios_[static_cast<std::size_t>(InnovationKind::kSight)] =
       ratio_of(total.sights, 2, kSightNisGate, variance_factor);
-  ratios_[static_cast<std::size_t>(MeasurementKind::kEdge)] =
+  ratios_[static_cast<std::size_t>(InnovationKind::kEdge)] =
       ratio_of(total.edges, 5, kEdgeNisGate, variance_factor);
   alarm_ = window_.size() >= kFewest && std::any_of(ratios_.begin(), ratios_.end(), is_off);
 }
@@ -87,16 +87,16 @@ void NisMonitor::add(const Innovations& innovations, double variance_factor) {
 std::string NisMonitor::detail(double sigma_factor) const {
   std::ostringstream text;
   text.precision(2);
-  const auto say = [&](MeasurementKind kind, const char* what) {
+  const auto say = [&](InnovationKind kind, const char* what) {
     const NisRatio& r = ratio(kind);
     if (!is_off(r)) return;
     if (text.tellp() > 0) text << "; ";
     text << "the residuals of " << r.count << ' ' << what << " are " << std::sqrt(r.ratio)
          << " times what the keypoints' sigmas say";
   };
-  say(MeasurementKind::kSight, "sights");
-  say(MeasurementKind::kEdge, "relative poses");
-  const NisRatio& sights = ratio(MeasurementKind::kSight);
+  say(InnovationKind::kSight, "sights");
+  say(InnovationKind::kEdge, "relative poses");
+  const NisRatio& sights = ratio(InnovationKind::kSight);
   if (is_off(sights))
     text << "; a sigma_factor of " << sigma_factor * std::sqrt(sights.ratio) << " would fit";
   return text.str();

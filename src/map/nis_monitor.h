@@ -33,7 +33,7 @@ class NisMonitor {
   void add(const Innovations& innovations, double variance_factor);
 
   // Nothing (count 0) of a kind that there is none of.
-  NisRatio ratio(MeasurementKind kind) const { return ratios_[static_cast<std::size_t>(kind)]; }
+  NisRatio ratio(InnovationKind kind) const { return ratios_[static_cast<std::size_t>(kind)]; }
   bool alarm() const { return alarm_; }
   // The alarm in words: how many times what the sigmas say the residuals are.
   std::string detail(double sigma_factor) const;
@@ -43,7 +43,7 @@ class NisMonitor {
 
  private:
   std::deque<Innovations> window_;
-  std::array<NisRatio, kMeasurementKinds> ratios_;
+  std::array<NisRatio, kInnovationKinds> ratios_;
   bool alarm_ = false;
 };
 

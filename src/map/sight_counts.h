@@ -41,6 +41,10 @@ class SightCounts {
   // a landmark is not lost by standing still where it happens to be missed.
   void add(const Map& map, const Tracking& tracking);
 
+  void make_metric(double metres_per_unit) {
+    if (last_) last_->translation *= metres_per_unit;
+  }
+
   // The landmarks seen in less than a quarter of the frames that should show them; ascending.
   std::vector<int> hardly_seen(const Map& map) const;
 

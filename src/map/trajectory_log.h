@@ -20,6 +20,9 @@ class TrajectoryLog {
                                     [time_us](const Entry& e) { return e.time_us == time_us; });
     if (entry != entries_.rend()) *entry = {time_us, keyframe, Rigid3()};
   }
+  void make_metric(double metres_per_unit) {
+    for (Entry& e : entries_) e.keyframe_from_camera.translation *= metres_per_unit;
+  }
   bool newest_is(std::int64_t time_us) const {
     return !entries_.empty() && entries_.back().time_us == time_us;
   }

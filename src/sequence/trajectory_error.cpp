@@ -1,7 +1,6 @@
 #include "sequence/trajectory_error.h"
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,16 +11,6 @@
 
 namespace eifmap {
 namespace {
-
-// The rotation nearest to m in the Frobenius norm.
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m,
-                                 Eigen::Vector3d* signed_values = nullptr) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d sign(1, 1, 1);
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) sign.z() = -1;
-  if (signed_values) *signed_values = svd.singularValues().cwiseProduct(sign);
-  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
-}
 
 double path_length(const Eigen::Matrix3Xd& points) {
   double length = 0;
@@ -131,22 +120,6 @@ std::vector<Figure> figures(const TrajectoryError& e) {
 }
 
 }  // namespace
-
-Similarity fit_similarity(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
-  if (a.cols() != b.cols() || a.cols() == 0)
-    throw std::invalid_argument(
-        "fit_similarity: wanted as many points in a as in b, and one at least");
-  const auto n = static_cast<double>(a.cols());
-  const Eigen::Vector3d mean_a = a.rowwise().mean(), mean_b = b.rowwise().mean();
-  const Eigen::Matrix3Xd da = a.colwise() - mean_a, db = b.colwise() - mean_b;
-  const double variance = db.squaredNorm() / n;
-  Similarity result;
-  Eigen::Vector3d values;
-  result.rotation = nearest_rotation(da * db.transpose() / n, &values);
-  if (variance > 0) result.scale = values.sum() / variance;
-  result.translation = mean_a - result.scale * (result.rotation * mean_b);
-  return result;
-}
 
 TrajectoryError trajectory_error(std::span<const TumPose> truth, std::span<const TumPose> estimate,
                                  const TrajectoryErrorOptions& options) {

@@ -10,24 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/similarity.h"
 #include "sequence/tum.h"
 
 namespace eifmap {
-
-// x_in_a = scale * rotation * x_in_b + translation.
-struct Similarity {
-  double scale = 1;
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-
-  Eigen::Vector3d operator*(const Eigen::Vector3d& x) const {
-    return scale * (rotation * x) + translation;
-  }
-};
-
-// The a_from_b that minimizes the sum of |a_k - a_from_b * b_k|^2. Columns are points; as many in a
-// as in b, else std::invalid_argument. Scale 1 when all of b is one point.
-Similarity fit_similarity(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
 
 struct TrajectoryErrorOptions {
   // An estimated pose counts when a true one is this close in time; where two true ones enclose it

@@ -47,7 +47,7 @@ double error_along(const JudgedPose& pose) {
   return u.dot(pose.error.head<3>()) / std::sqrt(u.dot(pose.covariance.topLeftCorner<3, 3>() * u));
 }
 
-double nis_ratio(const JudgedRun& run, MeasurementKind kind) {
+double nis_ratio(const JudgedRun& run, InnovationKind kind) {
   const auto of_kind = run.statistics.nis.find(kind);
   return of_kind == run.statistics.nis.end() ? 0 : of_kind->second.ratio;
 }
@@ -77,8 +77,8 @@ bool add_run(const Options& options, int seed, Totals& totals) {
   const double keyframes = *mean_nees(run.keyframes), published = *mean_nees(run.published);
   const double final = run.published.back().nees, within = share_within_three_sigma(run.published);
   const double along = error_along(run.keyframes.back());
-  const double sights = nis_ratio(run, MeasurementKind::kSight);
-  const double edges = nis_ratio(run, MeasurementKind::kEdge);
+  const double sights = nis_ratio(run, InnovationKind::kSight);
+  const double edges = nis_ratio(run, InnovationKind::kEdge);
   std::printf(
       "seed %d: tracked %d of %d, %d losses, NEES of keyframes %.2f, of frames %.2f, of the "
       "last frame %.2f, within 3 sigma %.3f, along the way %+.2f sigma; NIS of sights %.2f, of "

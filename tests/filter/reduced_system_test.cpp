@@ -52,21 +52,24 @@ class World {
     std::vector<int> touched;
     for (std::size_t l = 0; l < landmarks_.size(); ++l)
       if (landmarks_[l].changed) touched.push_back(static_cast<int>(l));
-    system_.sum(index(), landmarks_, touched, edges_, Eigen::Vector3d::UnitX());
+    system_.sum(index(), landmarks_, touched, edges_, absolutes_, Eigen::Vector3d::UnitX());
   }
 
   // Blocks that are no longer any landmark's stay, with zeros.
   void expect_as_if_new() const {
     std::vector<FilterLandmark> landmarks = landmarks_;
     std::vector<FilterEdge> edges = edges_;
+    std::vector<FilterAbsolute> absolutes = absolutes_;
     std::vector<int> touched;
     for (FilterLandmark& landmark : landmarks) {
       landmark.changed = true;
       touched.push_back(static_cast<int>(touched.size()));
     }
     for (FilterEdge& edge : edges) edge.changed = true;
+    for (FilterAbsolute& absolute : absolutes) absolute.changed = true;
     ReducedSystem anew;
-    anew.sum(index(), landmarks, touched, edges, Eigen::Vector3d::UnitX());
+    if (earth_after_ > 0) anew.append_earth(earth_after_);
+    anew.sum(index(), landmarks, touched, edges, absolutes, Eigen::Vector3d::UnitX());
     ASSERT_EQ(system_.matrix().size(), anew.matrix().size());
     for (int a = 0; a < anew.matrix().size(); ++a) {
       const BlockColumn& have = system_.matrix().column[a];
@@ -88,6 +91,22 @@ class World {
     edges_.erase(edges_.begin());
     edges_.back().frozen.d_i.setRandom();
     edges_.back().changed = true;
+  }
+
+  // Earth comes, and with it a position and the length of a way.
+  void add_earth() {
+    earth_after_ = num_poses_;
+    system_.append_earth(num_poses_);
+    add_absolute({0, kEarthFromMap});
+    add_absolute({num_poses_ - 1, kEarthFromMap});
+    add_absolute({1, 3, 2});
+  }
+  void add_absolute(const std::vector<int>& poses) {
+    absolutes_.emplace_back();
+    for (int pose : poses)
+      absolutes_.back().frozen.of_pose.push_back({pose, Eigen::Matrix<double, 3, 6>::Random()});
+    absolutes_.back().now = absolutes_.back().frozen;
+    absolutes_.back().now.residual.setRandom();
   }
 
   const ReducedSystem& system() const { return system_; }
@@ -126,6 +145,8 @@ class World {
   int num_poses_ = 5;
   std::vector<FilterLandmark> landmarks_;
   std::vector<FilterEdge> edges_;
+  std::vector<FilterAbsolute> absolutes_;
+  int earth_after_ = 0;  // poses
   ReducedSystem system_;
 };
 
@@ -135,6 +156,25 @@ TEST(ReducedSystem, IsToTheBitWhatSummingAllOfItGives) {
     world.sum();
     for (int step = 0; step < 15; ++step) {
       if (step % 3 == 2) world.add_pose();
+      world.change();
+      if (step % 5 == 4) world.change_edges();
+      world.sum();
+      ASSERT_NO_FATAL_FAILURE(world.expect_as_if_new()) << "seed " << seed << " step " << step;
+    }
+  }
+}
+
+TEST(ReducedSystem, IsSoWithAbsoluteMeasurements) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    World world(seed);
+    world.sum();
+    world.add_pose();
+    world.add_earth();
+    for (int step = 0; step < 9; ++step) {
+      if (step % 3 == 2) {
+        world.add_pose();
+        world.add_absolute({5 + step / 3, kEarthFromMap});
+      }
       world.change();
       if (step % 5 == 4) world.change_edges();
       world.sum();

@@ -69,8 +69,8 @@ NisMonitor watch(double noise, int keyframes, std::uint64_t seed) {
 TEST(NisMonitor, FindsTheRatioBehindTheGate) {
   for (const double noise : {0.5, 0.8, 1.0, 1.25, 2.0}) {
     const NisMonitor monitor = watch(noise, NisMonitor::kWindow, 11);
-    const NisRatio sights = monitor.ratio(MeasurementKind::kSight);
-    const NisRatio edges = monitor.ratio(MeasurementKind::kEdge);
+    const NisRatio sights = monitor.ratio(InnovationKind::kSight);
+    const NisRatio edges = monitor.ratio(InnovationKind::kEdge);
     EXPECT_NEAR(sights.ratio / (noise * noise), 1, 0.1) << noise;
     EXPECT_NEAR(edges.ratio / (noise * noise), 1, 4 * edges.sigma / edges.ratio) << noise;
     EXPECT_LT(sights.sigma, edges.sigma);
@@ -92,17 +92,17 @@ TEST(NisMonitor, ForgetsWhatWas) {
   right.sights = {194 * truncated_chi_square_mean(2, 12.25) / 2, 100, 0, 6};
   for (int k = 0; k < NisMonitor::kWindow; ++k) monitor.add(right, 4);
   EXPECT_FALSE(monitor.alarm());
-  EXPECT_NEAR(monitor.ratio(MeasurementKind::kSight).ratio, 1, 1e-3);
+  EXPECT_NEAR(monitor.ratio(InnovationKind::kSight).ratio, 1, 1e-3);
 }
 
 TEST(NisMonitor, SaysNothingOfWhatThereIsNoneOf) {
   NisMonitor monitor;
-  EXPECT_EQ(monitor.ratio(MeasurementKind::kSight).count, 0);
+  EXPECT_EQ(monitor.ratio(InnovationKind::kSight).count, 0);
   EXPECT_FALSE(monitor.alarm());
   Innovations few;
   few.sights = {0.1, 3, 0, 6};  // no more than the fit needs
   monitor.add(few, 4);
-  EXPECT_EQ(monitor.ratio(MeasurementKind::kSight).count, 0);
+  EXPECT_EQ(monitor.ratio(InnovationKind::kSight).count, 0);
   EXPECT_FALSE(monitor.alarm());
 }
 
@@ -119,9 +119,9 @@ TEST(NisMonitor, OfTheMapperSaysWhatIsWrong) {
     for (int i = 0; i < world.num_frames(); ++i) last = mapper.process(world.frame(i).frame);
     ASSERT_EQ(last.state, TrackingState::kTracking);
     const MapperStatistics& statistics = mapper.statistics();
-    const NisRatio sights = statistics.nis.at(MeasurementKind::kSight);
+    const NisRatio sights = statistics.nis.at(InnovationKind::kSight);
     EXPECT_GT(sights.count, 500);
-    EXPECT_GT(statistics.nis.at(MeasurementKind::kEdge).count, 5);
+    EXPECT_GT(statistics.nis.at(InnovationKind::kEdge).count, 5);
     EXPECT_NEAR(std::log2(sights.ratio), std::log2(noise * noise), 0.7) << noise;
     EXPECT_EQ(statistics.sigma_suspect, noise != 1);
     EXPECT_EQ(last.reason, noise == 1 ? Reason::kNone : Reason::kSigmaSuspect);

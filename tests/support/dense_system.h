@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <cmath>
 
 #include "filter/information_filter.h"
 
@@ -20,27 +21,40 @@ struct Dense {
 
 inline Dense dense_system(const InformationFilter& filter) {
   const int num_landmarks = filter.num_landmarks();
-  const int n = 6 * (filter.num_poses() - 1), size = n + 3 * num_landmarks;
+  const PoseBlocks& blocks = filter.blocks();
+  const int n = 6 * blocks.count(filter.num_poses()), size = n + 3 * num_landmarks;
   Dense dense{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), n};
   for (int l = 0; l < num_landmarks; ++l) {
     for (const PointMeasurement& m : filter.landmark(l).measurements) {
       Eigen::MatrixXd h = Eigen::MatrixXd::Zero(2, size);
-      if (m.pose > 0) h.middleCols<6>(6 * (m.pose - 1)) = m.d_pose;
+      if (m.pose > 0) h.middleCols<6>(6 * blocks.of(m.pose)) = m.d_pose;
       h.middleCols<3>(n + 3 * l) = to_landmark(m.d_pose);
       dense.information += h.transpose() * h;
-      if (m.pose > 0) h.middleCols<6>(6 * (m.pose - 1)) = m.d_pose_now;
+      if (m.pose > 0) h.middleCols<6>(6 * blocks.of(m.pose)) = m.d_pose_now;
       h.middleCols<3>(n + 3 * l) = to_landmark(m.d_pose_now);
       dense.right_side += h.transpose() * m.residual;
     }
   }
   for (const FilterEdge& edge : filter.edges()) {
     Eigen::MatrixXd h = Eigen::MatrixXd::Zero(5, size);
-    if (edge.i > 0) h.middleCols<6>(6 * (edge.i - 1)) = edge.frozen.d_i;
-    if (edge.j > 0) h.middleCols<6>(6 * (edge.j - 1)) = edge.frozen.d_j;
+    if (edge.i > 0) h.middleCols<6>(6 * blocks.of(edge.i)) = edge.frozen.d_i;
+    if (edge.j > 0) h.middleCols<6>(6 * blocks.of(edge.j)) = edge.frozen.d_j;
     dense.information += h.transpose() * h;
-    if (edge.i > 0) h.middleCols<6>(6 * (edge.i - 1)) = edge.now.d_i;
-    if (edge.j > 0) h.middleCols<6>(6 * (edge.j - 1)) = edge.now.d_j;
+    if (edge.i > 0) h.middleCols<6>(6 * blocks.of(edge.i)) = edge.now.d_i;
+    if (edge.j > 0) h.middleCols<6>(6 * blocks.of(edge.j)) = edge.now.d_j;
     dense.right_side += h.transpose() * edge.now.residual;
+  }
+  if (blocks.has_earth())  // the prior of its orientation
+    dense.information.diagonal().segment<3>(6 * blocks.earth()).array() +=
+        1 / std::pow(kEarthPrior, 2);
+  for (const FilterAbsolute& absolute : filter.absolutes()) {
+    for (const auto* rows : {&absolute.frozen, &absolute.now}) {
+      Eigen::MatrixXd h = Eigen::MatrixXd::Zero(3, size);
+      for (const PoseRows& of_pose : rows->of_pose)
+        if (of_pose.pose != 0) h.middleCols<6>(6 * blocks.of(of_pose.pose)) += of_pose.derivative;
+      if (rows == &absolute.frozen) dense.information += h.transpose() * h;
+      if (rows == &absolute.now) dense.right_side += h.transpose() * rows->residual;
+    }
   }
   return dense;
 }
@@ -55,13 +69,13 @@ inline Eigen::VectorXd pose_right_side(const InformationFilter& filter,
   return right_side;
 }
 
-// The inverse of the whole matrix with the scale held, times what the filter allows for correlated
-// errors: all covariances at once.
+// The inverse of the whole matrix with the scale held unless the map is metric, times what the
+// filter allows for correlated errors: all covariances at once.
 inline Eigen::MatrixXd dense_covariance(const InformationFilter& filter,
                                         const Eigen::Vector3d& gauge_direction) {
   Dense dense = dense_system(filter);
   const Eigen::Vector3d u = gauge_direction.normalized();
-  const double firm = 1e6 * dense.information.block<3, 3>(3, 3).trace();
+  const double firm = filter.is_metric() ? 0 : 1e6 * dense.information.block<3, 3>(3, 3).trace();
   dense.information.block<3, 3>(3, 3) += firm * u * u.transpose();
   const auto size = dense.information.rows();
   return filter.correlation().variance_factor() *

@@ -1,0 +1,62 @@
+// Absolute measurements as the mapper is given them: metres, the clock of the frames. They fix the
+// map's scale, and from then on hold it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <string_view>
+#include <vector>
+
+#include "reason.h"
+
+namespace eifmap {
+
+enum class MeasurementKind : std::int8_t {
+  kPosition = 0,  // of a point on the camera, in a frame of its own (GPS in local coordinates)
+  kDistance = 1,  // between the camera's places at two times
+  kOdometry = 2,  // of the way between two times: counted as straight from keyframe to keyframe
+};
+std::string_view name(MeasurementKind kind);
+
+struct AbsoluteMeasurement {
+  MeasurementKind kind = MeasurementKind::kPosition;
+  std::int64_t time_us = 0;
+  std::int64_t until_us = 0;  // not of a position: the other end, later
+  // Of a position:
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d lever = Eigen::Vector3d::Zero();  // of the point, in the camera's frame
+  // Of the others:
+  double length = 0, sigma = 0;
+};
+
+// kNone, kBadMeasurement or kBadMeasurementCovariance: of the numbers alone.
+Reason check_measurement(const AbsoluteMeasurement& measurement);
+
+struct MeasurementCounts {
+  struct OfKind {
+    std::int64_t used = 0, refused = 0;
+  };
+  std::map<MeasurementKind, OfKind> kinds;
+  std::map<Reason, std::int64_t> refusals;
+
+  void add(MeasurementKind kind, Reason reason) {  // kNone: used
+    ++(reason == Reason::kNone ? kinds[kind].used : kinds[kind].refused);
+    if (reason != Reason::kNone) ++refusals[reason];
+  }
+  MeasurementCounts& operator+=(const MeasurementCounts& other);
+};
+
+// The wire's values.
+enum class ScaleStatus : std::int8_t { kFree = 0, kFixed = 1 };
+
+struct ScaleState {
+  ScaleStatus status = ScaleStatus::kFree;
+  double metres_per_unit = 1;  // kFixed: what the map's lengths were multiplied by when it was
+  // Standard deviation of the scale's logarithm (InformationFilter::scale_sigma); NaN: unknown.
+  double sigma = std::numeric_limits<double>::quiet_NaN();
+};
+
+}  // namespace eifmap

@@ -1,0 +1,33 @@
+// Similarity and rigid transforms between two sets of points: S. Umeyama, Least-Squares Estimation
+// of Transformation Parameters Between Two Point Patterns, PAMI 1991.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "geometry/rigid3.h"
+
+namespace eifmap {
+
+// x_in_a = scale * rotation * x_in_b + translation.
+struct Similarity {
+  double scale = 1;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Eigen::Vector3d operator*(const Eigen::Vector3d& x) const {
+    return scale * (rotation * x) + translation;
+  }
+};
+
+// The a_from_b that minimizes the sum of |a_k - a_from_b * b_k|^2. Columns are points; as many in a
+// as in b, else std::invalid_argument. Scale 1 when all of b is one point.
+Similarity fit_similarity(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
+// The same with scale 1.
+Rigid3 fit_rigid(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
+
+// The rotation nearest to m in the Frobenius norm. `signed_values`: m's singular values, the last
+// negative where the nearest orthogonal matrix is a reflection.
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m,
+                                 Eigen::Vector3d* signed_values = nullptr);
+
+}  // namespace eifmap

@@ -1,0 +1,32 @@
+// How absolute measurements make a map metric: [WD10] IV, "any absolute measurement".
+#pragma once
+
+#include <vector>
+
+#include "map/placed_measurement.h"
+#include "options.h"
+
+namespace eifmap {
+
+class Map;
+
+// A part of the map.
+struct MapScale {
+  ScaleState state;
+  std::vector<PlacedMeasurement> waiting;  // of the scale, or positions of where earth is
+  // Those that contradicted the map: again, when others have said how far the map may be believed.
+  std::vector<PlacedMeasurement> contradicting;
+  MeasurementCounts counts;
+};
+
+// Those that the map can take already enter its filter, gated, before its next update; others wait
+// in the map.
+void add_measurements(Map& map, std::vector<PlacedMeasurement> measurements,
+                      const MeasurementOptions& options);
+
+// Where the measurements that wait determine scale and earth, the whole map becomes metric, they
+// enter, and the filter is updated. kNone, also when they do not; or kFilterFailed, and the map is
+// not to be trusted.
+Reason fix_scale(Map& map, const MeasurementOptions& options);
+
+}  // namespace eifmap

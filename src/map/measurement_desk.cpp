@@ -1,0 +1,135 @@
+#include "map/measurement_desk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+namespace eifmap {
+namespace {
+
+// Frames kept: a distance may reach back some ten minutes at 30 Hz.
+constexpr std::size_t kMostFrames = 20'000;
+
+std::int64_t last_time(const AbsoluteMeasurement& m) {
+  return m.kind == MeasurementKind::kPosition ? m.time_us : m.until_us;
+}
+
+PlacedPoint point_of(const PlacedFrame& frame, const Eigen::Vector3d& lever) {
+  const Eigen::Matrix3d turn = frame.keyframe_from_camera.matrix();
+  const Eigen::Matrix3d by_turn = turn * skew(lever);
+  PlacedPoint point;
+  point.keyframe = frame.keyframe;
+  point.offset = frame.keyframe_from_camera.translation;
+  point.lever = turn * lever;
+  point.offset_covariance = frame.covariance.bottomRightCorner<3, 3>();
+  point.lever_covariance = by_turn * frame.covariance.topLeftCorner<3, 3>() * by_turn.transpose();
+  return point;
+}
+
+}  // namespace
+
+Reason MeasurementDesk::add(const AbsoluteMeasurement& measurement) {
+  Reason reason = check_measurement(measurement);
+  if (reason == Reason::kNone && num_waiting() >= options_.max_waiting)
+    reason = Reason::kTooManyMeasurements;
+  if (reason == Reason::kNone)
+    waiting_.push_back(measurement);
+  else
+    refused_.add(measurement.kind, reason);
+  return reason;
+}
+
+void MeasurementDesk::add_frame(const PlacedFrame& frame) {
+  frames_.push_back(frame);
+  if (frames_.size() > kMostFrames) frames_.pop_front();
+}
+
+void MeasurementDesk::make_keyframe(std::int64_t time_us, int keyframe) {
+  const auto frame = std::find_if(frames_.rbegin(), frames_.rend(),
+                                  [time_us](const PlacedFrame& f) { return f.time_us == time_us; });
+  if (frame != frames_.rend()) *frame = PlacedFrame::as_keyframe(time_us, keyframe);
+}
+
+void MeasurementDesk::make_metric(double metres_per_unit) {
+  for (PlacedFrame& frame : frames_) {
+    frame.keyframe_from_camera.translation *= metres_per_unit;
+    frame.covariance.topRightCorner<3, 3>() *= metres_per_unit;
+    frame.covariance.bottomLeftCorner<3, 3>() *= metres_per_unit;
+    frame.covariance.bottomRightCorner<3, 3>() *= metres_per_unit * metres_per_unit;
+  }
+}
+
+// The camera's place at a time: that of the frame nearest to it, moved along the way to the frame
+// on the time's other side.
+Reason MeasurementDesk::place(const Map& map, std::int64_t time_us, const Eigen::Vector3d& lever,
+                              PlacedPoint& point) const {
+  const auto after = std::lower_bound(
+      frames_.begin(), frames_.end(), time_us,
+      [](const PlacedFrame& frame, std::int64_t time) { return frame.time_us < time; });
+  const auto distance = [time_us](const PlacedFrame& frame) {
+    return 1e-6 * static_cast<double>(std::llabs(frame.time_us - time_us));
+  };
+  const PlacedFrame* other = after == frames_.begin() ? nullptr : &*std::prev(after);
+  const PlacedFrame* nearest = after == frames_.end() ? nullptr : &*after;
+  if (!nearest || (other && distance(*other) < distance(*nearest))) std::swap(nearest, other);
+  if (!nearest || distance(*nearest) > options_.max_dt_s) return Reason::kMeasurementWithoutFrame;
+  if (nearest->keyframe < 0 || nearest->keyframe >= map.num_keyframes())
+    return Reason::kMeasurementWithoutPose;
+  point = point_of(*nearest, lever);
+  if (!other || other->keyframe < 0 || distance(*nearest) == 0) return Reason::kNone;
+  const PlacedPoint beyond = point_of(*other, lever);
+  const Rigid3 nearest_from_other = map.pose(point.keyframe).inverse() * map.pose(beyond.keyframe);
+  const double share = distance(*nearest) / (distance(*nearest) + distance(*other));
+  point.offset += share * (nearest_from_other * beyond.offset - point.offset);
+  point.lever += share * (nearest_from_other.rotation * beyond.lever - point.lever);
+  return Reason::kNone;
+}
+
+Reason MeasurementDesk::place(const Map& map, const AbsoluteMeasurement& m,
+                              PlacedMeasurement& placed) const {
+  placed.kind = m.kind;
+  placed.points.resize(1);
+  if (m.kind == MeasurementKind::kPosition) {
+    placed.value = m.position;
+    placed.covariance = m.covariance;
+    return place(map, m.time_us, m.lever, placed.points.front());
+  }
+  placed.value = {m.length, 0, 0};
+  placed.covariance(0, 0) = m.sigma * m.sigma;
+  const Eigen::Vector3d no_lever = Eigen::Vector3d::Zero();
+  if (const Reason reason = place(map, m.time_us, no_lever, placed.points.front());
+      reason != Reason::kNone)
+    return reason;
+  if (m.kind == MeasurementKind::kOdometry)
+    for (int k = 0; k < map.num_keyframes(); ++k) {
+      const std::int64_t time_us = map.keyframe(k).observed().frame.time_us;
+      if (time_us <= m.time_us || time_us >= m.until_us) continue;
+      placed.points.emplace_back();
+      placed.points.back().keyframe = k;
+    }
+  placed.points.emplace_back();
+  if (placed.points.size() > kMostPoints) return Reason::kMeasurementTooLong;
+  return place(map, m.until_us, no_lever, placed.points.back());
+}
+
+std::vector<PlacedMeasurement> MeasurementDesk::take(const Map& map) {
+  std::vector<PlacedMeasurement> taken;
+  if (frames_.empty()) return taken;
+  const auto is_due = [this](const AbsoluteMeasurement& m) {
+    return last_time(m) <= frames_.back().time_us;
+  };
+  for (const AbsoluteMeasurement& measurement : waiting_) {
+    if (!is_due(measurement)) continue;
+    PlacedMeasurement placed;
+    const Reason reason = place(map, measurement, placed);
+    if (reason == Reason::kNone)
+      taken.push_back(std::move(placed));
+    else
+      refused_.add(measurement.kind, reason);
+  }
+  std::erase_if(waiting_, is_due);
+  return taken;
+}
+
+}  // namespace eifmap

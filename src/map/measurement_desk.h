@@ -1,0 +1,65 @@
+// Where absolute measurements wait for the images of their time.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "absolute_measurement.h"
+#include "map/map.h"
+#include "map/placed_measurement.h"
+#include "options.h"
+
+namespace eifmap {
+
+// A processed frame.
+struct PlacedFrame {
+  std::int64_t time_us = 0;
+  int keyframe = -1;  // that it is placed relative to; -1: it has no pose
+  Rigid3 keyframe_from_camera;
+  // Of (w in the camera's frame, centre in the keyframe's), given the keyframe; map units.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+
+  static PlacedFrame without_pose(std::int64_t time_us) { return as_keyframe(time_us, -1); }
+  static PlacedFrame as_keyframe(std::int64_t time_us, int keyframe) {
+    PlacedFrame frame;
+    frame.time_us = time_us;
+    frame.keyframe = keyframe;
+    return frame;
+  }
+};
+
+class MeasurementDesk {
+ public:
+  explicit MeasurementDesk(const MeasurementOptions& options) : options_(options) {}
+
+  // Refused when its numbers are bad or too many wait.
+  Reason add(const AbsoluteMeasurement& measurement);
+  // Later than all before.
+  void add_frame(const PlacedFrame& frame);
+  // The frame of that time, which has been added, is a keyframe now.
+  void make_keyframe(std::int64_t time_us, int keyframe);
+  void make_metric(double metres_per_unit);
+  void forget_frames() { frames_.clear(); }
+
+  // Those whose time has passed, placed in the map or refused, in the order of adding.
+  std::vector<PlacedMeasurement> take(const Map& map);
+
+  const MeasurementCounts& refused() const { return refused_; }
+  int num_waiting() const { return static_cast<int>(waiting_.size()); }
+
+ private:
+  Reason place(const Map& map, std::int64_t time_us, const Eigen::Vector3d& lever,
+               PlacedPoint& point) const;
+  Reason place(const Map& map, const AbsoluteMeasurement& measurement,
+               PlacedMeasurement& placed) const;
+
+  MeasurementOptions options_;
+  std::vector<AbsoluteMeasurement> waiting_;
+  std::deque<PlacedFrame> frames_;  // of the map in use, by time
+  MeasurementCounts refused_;
+};
+
+}  // namespace eifmap

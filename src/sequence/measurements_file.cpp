@@ -1,0 +1,135 @@
+#include "sequence/measurements_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "sequence/text_lines.h"
+
+namespace eifmap {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Takes one value after the other out of a line; keeps the first problem.
+class LineReader {
+ public:
+  explicit LineReader(const std::string& line) : json_(Json::parse(line, nullptr, false)) {
+    if (!json_.is_object()) complain("is no JSON object");
+  }
+  bool has(const char* key) const { return json_.is_object() && json_.contains(key); }
+
+  std::string text(const char* key) {
+    const Json* value = find(key);
+    if (value && !value->is_string()) complain(quoted(key) + " is no text");
+    return problem_.empty() ? value->get<std::string>() : "";
+  }
+  std::int64_t time_us(const char* key) {
+    const Json* value = find(key);
+    if (value && !value->is_number_integer()) complain(quoted(key) + " is no whole number");
+    return problem_.empty() ? value->get<std::int64_t>() : 0;
+  }
+  double number(const char* key) {
+    const Json* value = find(key);
+    if (value && !value->is_number()) complain(quoted(key) + " is no number");
+    return problem_.empty() ? value->get<double>() : 0;
+  }
+  void numbers(const char* key, std::span<double> into) {
+    const Json* value = find(key);
+    const auto is_number = [](const Json& x) { return x.is_number(); };
+    if (value && (!value->is_array() || value->size() != into.size() ||
+                  !std::all_of(value->begin(), value->end(), is_number)))
+      complain(quoted(key) + " is no list of " + std::to_string(into.size()) + " numbers");
+    if (!problem_.empty()) return;
+    for (std::size_t k = 0; k < into.size(); ++k) into[k] = (*value)[k].get<double>();
+  }
+  // What was never asked for is a mistake: it would be left out without a word.
+  const std::string& finish() {
+    if (json_.is_object())
+      for (const auto& [key, value] : json_.items())
+        if (!asked_.contains(key)) complain(quoted(key) + " is not known of this kind");
+    return problem_;
+  }
+  void complain(std::string problem) {
+    if (problem_.empty()) problem_ = std::move(problem);
+  }
+  bool ok() const { return problem_.empty(); }
+
+ private:
+  static std::string quoted(const std::string& key) { return '"' + key + '"'; }
+  const Json* find(const char* key) {
+    asked_.insert(key);
+    if (!has(key)) complain(quoted(key) + " is missing");
+    return problem_.empty() ? &json_[key] : nullptr;
+  }
+
+  Json json_;
+  std::set<std::string> asked_;
+  std::string problem_;
+};
+
+void read_position(LineReader& in, AbsoluteMeasurement& m) {
+  in.numbers("position", {m.position.data(), 3});
+  if (in.has("lever")) in.numbers("lever", {m.lever.data(), 3});
+  if (in.has("covariance")) {
+    in.numbers("covariance", {m.covariance.data(), 9});
+    return;
+  }
+  const double sigma = in.number("sigma");
+  m.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+}
+
+void read_length(LineReader& in, AbsoluteMeasurement& m) {
+  m.until_us = in.time_us("utime2");
+  m.length = in.number("length");
+  m.sigma = in.number("sigma");
+  if (in.ok() && m.until_us <= m.time_us) in.complain("\"utime2\" is not after \"utime\"");
+}
+
+std::string read_line(const std::string& text, AbsoluteMeasurement& m) {
+  LineReader in(text);
+  const std::string kind = in.text("kind");
+  m.time_us = in.time_us("utime");
+  if (kind == "position")
+    read_position(in, m);
+  else if (kind == "distance" || kind == "odometry")
+    read_length(in, m);
+  else
+    in.complain("\"kind\" is " + kind + ", wanted position, distance or odometry");
+  m.kind = kind == "position"   ? MeasurementKind::kPosition
+           : kind == "distance" ? MeasurementKind::kDistance
+                                : MeasurementKind::kOdometry;
+  if (in.ok() && check_measurement(m) == Reason::kBadMeasurementCovariance)
+    in.complain("its sigma or covariance is not positive");
+  if (in.ok() && check_measurement(m) != Reason::kNone)
+    in.complain("its numbers are not finite or its length is not above 0");
+  return in.finish();
+}
+
+}  // namespace
+
+std::int64_t usable_from_us(const AbsoluteMeasurement& m) {
+  return m.kind == MeasurementKind::kPosition ? m.time_us : m.until_us;
+}
+
+MeasurementsFile read_measurements(const std::filesystem::path& file) {
+  MeasurementsFile read;
+  read.problem = for_each_text(file, [&read](const std::string& text) {
+    AbsoluteMeasurement measurement;
+    std::string problem = read_line(text, measurement);
+    if (problem.empty()) read.measurements.push_back(measurement);
+    return problem;
+  });
+  if (!read.problem.empty()) return {{}, read.problem};
+  if (read.measurements.empty()) return {{}, file.string() + ": has no measurements"};
+  std::stable_sort(read.measurements.begin(), read.measurements.end(),
+                   [](const AbsoluteMeasurement& a, const AbsoluteMeasurement& b) {
+                     return usable_from_us(a) < usable_from_us(b);
+                   });
+  return read;
+}
+
+}  // namespace eifmap

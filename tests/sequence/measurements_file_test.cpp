@@ -1,0 +1,74 @@
+#include "sequence/measurements_file.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+namespace eifmap {
+namespace {
+
+class MeasurementsFileTest : public testing::Test {
+ protected:
+  MeasurementsFile read(const std::string& text) {
+    const auto file = std::filesystem::path(testing::TempDir()) / "eifmap_measurements.jsonl";
+    std::ofstream(file) << text;
+    MeasurementsFile found = read_measurements(file);
+    std::filesystem::remove(file);
+    return found;
+  }
+  void expect_problem(const std::string& line, const std::string& part) {
+    const MeasurementsFile file = read(kGood + line + "\n");
+    EXPECT_NE(file.problem.find("line 2: "), std::string::npos) << file.problem;
+    EXPECT_NE(file.problem.find(part), std::string::npos) << file.problem;
+    EXPECT_TRUE(file.measurements.empty());
+  }
+  const std::string kGood =
+      R"({"kind": "position", "utime": 5, "position": [1, 2, 3], "sigma": 0.5})"
+      "\n";
+};
+
+TEST_F(MeasurementsFileTest, ReadsEveryKindInTheOrderOfUse) {
+  const MeasurementsFile file =
+      read(R"({"kind": "distance", "utime": 1, "utime2": 9, "length": 30, "sigma": 0.1})"
+           "\n" +
+           kGood +
+           R"({"kind": "odometry", "utime": 2, "utime2": 7, "length": 3, "sigma": 0.2})"
+           "\n"
+           R"({"kind": "position", "utime": 6, "position": [1, 2, 3], "lever": [0, 0, 1],)"
+           R"( "covariance": [4, 0, 0, 0, 5, 0, 0, 0, 6]})"
+           "\n");
+  ASSERT_EQ(file.problem, "");
+  ASSERT_EQ(file.measurements.size(), 4u);
+  EXPECT_EQ(file.measurements[0].kind, MeasurementKind::kPosition);
+  EXPECT_EQ(file.measurements[0].position, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(file.measurements[0].covariance(1, 1), 0.25);
+  EXPECT_EQ(file.measurements[1].lever, Eigen::Vector3d(0, 0, 1));
+  EXPECT_EQ(file.measurements[1].covariance(2, 2), 6);
+  EXPECT_EQ(file.measurements[2].kind, MeasurementKind::kOdometry);
+  EXPECT_EQ(file.measurements[2].until_us, 7);
+  EXPECT_EQ(file.measurements[3].kind, MeasurementKind::kDistance);
+  EXPECT_EQ(file.measurements[3].length, 30);
+}
+
+TEST_F(MeasurementsFileTest, SaysWhichLineIsWrongAndWhy) {
+  expect_problem("{", "no JSON object");
+  expect_problem(R"({"kind": "gravity", "utime": 1})", "wanted position");
+  expect_problem(R"({"kind": "position", "utime": 1.5, "position": [1, 2, 3], "sigma": 1})",
+                 "\"utime\" is no whole number");
+  expect_problem(R"({"kind": "position", "utime": 1, "position": [1, 2], "sigma": 1})",
+                 "no list of 3 numbers");
+  expect_problem(R"({"kind": "position", "utime": 1, "position": [1, 2, 3]})",
+                 "\"sigma\" is missing");
+  expect_problem(R"({"kind": "position", "utime": 1, "position": [1, 2, 3], "sigma": 0})",
+                 "not positive");
+  expect_problem(R"({"kind": "position", "utime": 1, "position": [1, 2, 3], "sigma": 1, "x": 1})",
+                 "\"x\" is not known");
+  expect_problem(R"({"kind": "distance", "utime": 1, "utime2": 1, "length": 3, "sigma": 1})",
+                 "not after");
+  expect_problem(R"({"kind": "distance", "utime": 1, "utime2": 2, "length": -3, "sigma": 1})",
+                 "length");
+  EXPECT_NE(read("").problem, "");
+}
+
+}  // namespace
+}  // namespace eifmap
