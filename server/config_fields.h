@@ -122,6 +122,9 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_baseline_ratio", o.max_baseline_ratio);
   visit("few_tracked", o.few_tracked);
   visit("min_inliers", o.min_inliers);
+  visit("redundant_share", o.redundant_share);
+  visit("enough_views", o.enough_views);
+  visit("keep_newest", o.keep_newest);
 }
 
 template <OptionsOf<LandmarkOptions> O>

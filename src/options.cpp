@@ -28,6 +28,10 @@ std::string keyframe_problem(const KeyframeOptions& o) {
     return say("keyframe.max_baseline_ratio", o.max_baseline_ratio, "above 0");
   if (o.few_tracked < 0) return say("keyframe.few_tracked", o.few_tracked, "0 or more");
   if (o.min_inliers < 6) return say("keyframe.min_inliers", o.min_inliers, "6 or more");
+  if (!(o.redundant_share > 0))
+    return say("keyframe.redundant_share", o.redundant_share, "above 0");
+  if (o.enough_views < 2) return say("keyframe.enough_views", o.enough_views, "2 or more");
+  if (o.keep_newest < 2) return say("keyframe.keep_newest", o.keep_newest, "2 or more");
   return "";
 }
 
@@ -100,6 +104,7 @@ MapperOptions MapperOptions::paper() {
   paper.scale_fit.method = ScaleFitMethod::kPlain;
   paper.start.triangulated_keyframes = 3;
   paper.max_sigma_growth = 1;
+  paper.keyframe.redundant_share = 2;
   paper.tracking.refine = false;
   paper.tracking.older_reference = false;
   paper.tracking.fall_back = false;

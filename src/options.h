@@ -62,6 +62,11 @@ struct KeyframeOptions {
   // With fewer tracked landmarks than this the map needs new ones soon: half the baseline will do.
   int few_tracked = 120;
   int min_inliers = 25;  // below this a keyframe would be built on sand
+  // Where a new keyframe comes, one goes of whose landmarks this share is seen from enough_views
+  // others. Above 1: none goes.
+  double redundant_share = 0.9;
+  int enough_views = 5;  // with 3 a car's keyframes went that it never came back to
+  int keep_newest = 10;  // keyframes, redundant or not: tracking and new landmarks rest on them
 };
 
 struct LandmarkOptions {

@@ -8,6 +8,7 @@
 
 #include "geometry/robust.h"
 #include "map/map_bounds.h"
+#include "map/redundancy.h"
 
 namespace eifmap {
 namespace {
@@ -133,6 +134,9 @@ Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observe
       !frame_error(map, *observed, tracking, options.absolute_pose, *error))
     error.reset();
   insertion.removed_keyframes = make_room(map, tracking.reference, options.bound);
+  if (const auto redundant = redundant_keyframe(map, tracking.reference, options.keyframe);
+      redundant && *redundant != tracking.related)
+    map.remove_keyframe(*redundant);
   insertion.removed_landmarks = drop_landmarks(map, tracking.reference, options.bound);
   const bool no_keyframe_more =
       options.bound.max_keyframes > 0 && map.num_keyframes_in_use() >= options.bound.max_keyframes;

@@ -151,12 +151,17 @@ FilterUpdate Map::update() {
   return update;
 }
 
-std::vector<int> Map::covisible(int keyframe, int count) const {
+std::vector<int> Map::num_shared(int keyframe) const {
   std::vector<int> shared(num_keyframes(), 0);
   for (int t : keyframes_[keyframe].track)
     if (t != kNoTrack && tracks_[t].is_landmark())
       for (const Sight& s : tracks_[t].sights) ++shared[s.keyframe];
   shared[keyframe] = 0;
+  return shared;
+}
+
+std::vector<int> Map::covisible(int keyframe, int count) const {
+  const std::vector<int> shared = num_shared(keyframe);
   std::vector<int> order;
   for (int k = 0; k < num_keyframes(); ++k)
     if (shared[k] > 0) order.push_back(k);

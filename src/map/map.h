@@ -112,6 +112,8 @@ class Map {
   // Updates the filter and lets the map follow what it dropped.
   FilterUpdate update();
 
+  // How many landmarks each keyframe shares with this one; of itself 0.
+  std::vector<int> num_shared(int keyframe) const;
   // Keyframes that share the most landmarks with `keyframe` (itself first), at most `count`.
   std::vector<int> covisible(int keyframe, int count) const;
   // Landmarks (tracks) seen from any of the keyframes, ascending.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "map/redundancy.h"
+
 namespace eifmap {
 namespace {
 
@@ -110,24 +112,13 @@ class Links {
   std::vector<std::uint8_t> gone_;
 };
 
-// Of the keyframe's landmarks, those that three others see as well.
-double redundancy(const Map& map, int keyframe) {
-  int landmarks = 0, redundant = 0;
-  for (const int t : map.keyframe(keyframe).track) {
-    if (t == kNoTrack || !map.track(t).is_landmark()) continue;
-    ++landmarks;
-    redundant += map.track(t).sights.size() > 3;
-  }
-  return landmarks == 0 ? 1 : static_cast<double>(redundant) / landmarks;
-}
-
 std::vector<int> most_redundant_first(const Map& map, int reference) {
   std::vector<int> stays = map.covisible(reference, kAround);
   stays.push_back(map.newest());
   std::vector<std::pair<double, int>> ranked;
   for (int k = 2; k < map.num_keyframes(); ++k)
     if (!map.is_removed(k) && std::find(stays.begin(), stays.end(), k) == stays.end())
-      ranked.emplace_back(-redundancy(map, k), k);
+      ranked.emplace_back(-redundancy(map, k, kThreeSights), k);
   std::sort(ranked.begin(), ranked.end());
   std::vector<int> keyframes;
   for (const auto& [rank, k] : ranked) keyframes.push_back(k);

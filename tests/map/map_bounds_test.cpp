@@ -87,6 +87,7 @@ TEST(MapBounds, HoldOnALongWalk) {
   const FeatureWorld world({.motion = "sideways", .num_frames = 240, .seed = 3});
   MapperOptions options;
   options.bound = {40, 600};
+  options.keyframe.redundant_share = 2;  // the bound alone
   Mapper mapper(world.camera(), options);
   int full = 0, most_keyframes = 0, most_landmarks = 0;
   for (int i = 0; i < world.num_frames(); ++i) {
