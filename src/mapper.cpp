@@ -143,7 +143,7 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
       state.desk.add_frame(PlacedFrame::without_pose(frame.time_us));
     state.calibration.warn(result);
     state.warn_of_bounds(result);
-    state.nis.warn(result, state.options.sigma_factor);
+    state.nis.warn(result, state.sigma_factor());
     result.adopted_job = std::exchange(state.adopted_job, 0);
     result.map_updated = std::exchange(state.map_changed, false);
   }

@@ -184,12 +184,15 @@ void InformationFilter::judge_absolutes() {
 bool InformationFilter::scale_sigma(double& sigma) const {
   if (!is_metric_ || num_poses() < 2) return false;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Rigid3& pose : poses_) mean += pose.translation / num_poses();
+  for (int p = 0; p < num_poses(); ++p)
+    if (!is_removed(p)) mean += poses_[p].translation / (num_poses() - num_removed_);
   double squared = 0;
-  for (const Rigid3& pose : poses_) squared += (pose.translation - mean).squaredNorm();
+  for (int p = 0; p < num_poses(); ++p)
+    if (!is_removed(p)) squared += (poses_[p].translation - mean).squaredNorm();
   if (!(squared > 0)) return false;
   std::vector<PoseSensitivity> sensitivities;
   for (int p = 1; p < num_poses(); ++p) {
+    if (is_removed(p)) continue;
     sensitivities.push_back({p, PoseBlock::Zero()});
     sensitivities.back().derivative.row(0).tail<3>() = (poses_[p].translation - mean) / squared;
   }

@@ -27,6 +27,12 @@ double variance_of_edges(const std::vector<FilterEdge>& edges) {
   return std::clamp(factor, 1.0, kLargest);
 }
 
+bool is_of(const FilterAbsolute& absolute, int pose) {
+  const std::vector<RigidPoint>& points = absolute.observation.points;
+  return std::any_of(points.begin(), points.end(),
+                     [pose](const RigidPoint& point) { return point.pose == pose; });
+}
+
 }  // namespace
 
 InformationFilter::InformationFilter(const FilterOptions& options, double radians_per_pixel)
@@ -97,6 +103,10 @@ void InformationFilter::scale_sigmas(double factor) {
   for (FilterLandmark& landmark : landmarks_)
     for (PointMeasurement& m : landmark.measurements) m.sigma *= factor;
   for (FilterEdge& edge : edges_) edge.measurement.sqrt_information /= factor;
+  // What the map's covariances were multiplied by is, as far as that goes, in the sigmas now.
+  const double squared = factor * factor;
+  map_variance_ = std::max(1.0, map_variance_ / squared);
+  for (double& variance : variances_asked_for_) variance /= squared;
   linearize_all_anew();
 }
 
@@ -105,15 +115,12 @@ void InformationFilter::remove_pose(int pose) {
     throw std::invalid_argument("InformationFilter: no such pose, or of the gauge");
   const std::vector<int> seen = index_.landmarks(pose);
   for (int landmark : seen) remove_measurement(landmark, pose);
-  const auto is_of = [pose](const FilterEdge& edge) { return edge.i == pose || edge.j == pose; };
+  const auto ends_in = [pose](const FilterEdge& edge) { return edge.i == pose || edge.j == pose; };
   for (const FilterEdge& edge : edges_)
-    if (is_of(edge)) system_.before_removal(edge);
-  std::erase_if(edges_, is_of);
+    if (ends_in(edge)) system_.before_removal(edge);
+  std::erase_if(edges_, ends_in);
   std::erase_if(absolutes_, [this, pose](const FilterAbsolute& absolute) {
-    const auto& points = absolute.observation.points;
-    if (std::none_of(points.begin(), points.end(),
-                     [pose](const RigidPoint& point) { return point.pose == pose; }))
-      return false;
+    if (!is_of(absolute, pose)) return false;
     system_.before_removal(absolute);
     return true;
   });
@@ -127,6 +134,11 @@ void InformationFilter::carry(int removed_pose, const Rigid3& world_from_camera)
   if (!is_removed(removed_pose))
     throw std::invalid_argument("InformationFilter: the pose is still measured");
   set_pose(removed_pose, world_from_camera);
+}
+
+bool InformationFilter::has_absolute(int pose) const {
+  return std::any_of(absolutes_.begin(), absolutes_.end(),
+                     [pose](const FilterAbsolute& absolute) { return is_of(absolute, pose); });
 }
 
 bool InformationFilter::add_edge(int i, int j, const RelativePose& pose) {
@@ -176,6 +188,9 @@ bool InformationFilter::drop_edges(FilterUpdate& update) {
 // A new estimate of it concerns every edge, so a slightly other one is not worth it.
 void InformationFilter::judge_edges() {
   constexpr double kAsGood = 1.1;
+  // After scale_sigmas() there is nothing to judge by until they are linearized again.
+  if (std::none_of(edges_.begin(), edges_.end(), [](const FilterEdge& e) { return e.linearized; }))
+    return;
   const double variance = variance_of_edges(edges_);
   if (variance < kAsGood * edge_variance_ && edge_variance_ < kAsGood * variance) return;
   edge_variance_ = variance;

@@ -124,6 +124,8 @@ class InformationFilter {
   // factored anew, all poses and landmarks moved. What an update does only where it must.
   WholeIteration iterate_whole();
 
+  // Whether an absolute measurement is of this pose.
+  bool has_absolute(int pose) const;
   int num_poses() const { return static_cast<int>(poses_.size()); }
   int num_landmarks() const { return static_cast<int>(landmarks_.size()); }  // removed ones too
   // What the edges' covariances are multiplied by, as of the last update: 1 while they are right.

@@ -106,6 +106,19 @@ Reason judge_update(const Map& map, int keyframe, const Tracking& tracking, cons
   return jumped(expected, baseline) ? Reason::kScaleJump : Reason::kNone;
 }
 
+// Not one that the newest keyframe is tied to by an edge, of which the innovation has just been
+// seen.
+void remove_redundant(Map& map, int newest, const Tracking& tracking,
+                      const KeyframeOptions& options) {
+  const auto redundant = redundant_keyframe(map, tracking.reference, options);
+  if (!redundant) return;
+  const std::vector<FilterEdge>& edges = map.filter().edges();
+  const bool is_tied = std::any_of(edges.begin(), edges.end(), [&](const FilterEdge& edge) {
+    return edge.i == *redundant && edge.j == newest;
+  });
+  if (!is_tied) map.remove_keyframe(*redundant);
+}
+
 }  // namespace
 
 bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual,
@@ -134,9 +147,6 @@ Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observe
       !frame_error(map, *observed, tracking, options.absolute_pose, *error))
     error.reset();
   insertion.removed_keyframes = make_room(map, tracking.reference, options.bound);
-  if (const auto redundant = redundant_keyframe(map, tracking.reference, options.keyframe);
-      redundant && *redundant != tracking.related)
-    map.remove_keyframe(*redundant);
   insertion.removed_landmarks = drop_landmarks(map, tracking.reference, options.bound);
   const bool no_keyframe_more =
       options.bound.max_keyframes > 0 && map.num_keyframes_in_use() >= options.bound.max_keyframes;
@@ -153,6 +163,7 @@ Insertion insert_keyframe(Map& map, std::shared_ptr<const ObservedFrame> observe
                 {sigma_centre(tracking),
                  static_cast<int>(tracking.sights.size()) < options.landmark.few_tracked,
                  options.landmark.promote_omega_p && !has_edge});
+  remove_redundant(map, k, tracking, options.keyframe);
   const FilterUpdate update = map.update();
   insertion.keyframe = k;
   insertion.reason = judge_update(map, k, tracking, before, update);

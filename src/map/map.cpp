@@ -68,6 +68,11 @@ int Map::newest() const {
   return k;
 }
 
+void Map::make_metric(double metres_per_unit) {
+  filter_.make_metric(metres_per_unit);
+  for (Keyframe& keyframe : keyframes_) keyframe.carrier_from_this.translation *= metres_per_unit;
+}
+
 void Map::carry_removed() {
   if (num_removed_ == 0) return;
   for (int k = 0; k < num_keyframes(); ++k)

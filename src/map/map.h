@@ -89,6 +89,9 @@ class Map {
   bool is_removed(int keyframe) const { return keyframes_[keyframe].removed(); }
   int num_keyframes_in_use() const { return num_keyframes() - num_removed_; }
 
+  // All that is in units of the map becomes metres.
+  void make_metric(double metres_per_unit);
+
   // A new candidate with one sighting.
   int add_track(const Sight& sight);
   // Adds a sighting; of a landmark, the measurement enters the filter. Refused (false) when the

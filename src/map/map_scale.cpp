@@ -22,6 +22,19 @@ Eigen::Vector3d in_map(const Map& map, const PlacedPoint& point, double metres_p
   return map.pose(point.keyframe) * Eigen::Vector3d(point.offset + point.lever / metres_per_unit);
 }
 
+// The same point, of the keyframe that carries a removed one.
+PlacedPoint of_present(const Map& map, PlacedPoint point) {
+  if (!map.is_removed(point.keyframe)) return point;
+  const Keyframe& removed = map.keyframe(point.keyframe);
+  const Eigen::Matrix3d turn = removed.carrier_from_this.matrix();
+  point.keyframe = removed.carrier;
+  point.offset = removed.carrier_from_this * point.offset;
+  point.lever = turn * point.lever;
+  point.offset_covariance = turn * point.offset_covariance * turn.transpose();
+  point.lever_covariance = turn * point.lever_covariance * turn.transpose();
+  return point;
+}
+
 // Of a metric map. What the points' frames are uncertain by is added, as things are now.
 AbsoluteObservation observation_of(const Map& map, const PlacedMeasurement& m) {
   std::vector<RigidPoint> points;
@@ -46,8 +59,13 @@ AbsoluteObservation observation_of(const Map& map, const PlacedMeasurement& m) {
   return AbsoluteObservation::length(std::move(points), m.value.x(), std::sqrt(variance));
 }
 
+AbsoluteObservation observation_in_use(const Map& map, PlacedMeasurement m) {
+  for (PlacedPoint& point : m.points) point = of_present(map, point);
+  return observation_of(map, m);
+}
+
 Reason enter(Map& map, const PlacedMeasurement& m, bool gated) {
-  const Reason reason = map.filter().add_absolute(observation_of(map, m), gated);
+  const Reason reason = map.filter().add_absolute(observation_in_use(map, m), gated);
   map.scale().counts.add(m.kind, reason);
   return reason;
 }
@@ -63,7 +81,7 @@ void enter_or_keep(Map& map, const PlacedMeasurement& m) {
 void enter_kept(Map& map) {
   MeasurementCounts& counts = map.scale().counts;
   std::erase_if(map.scale().contradicting, [&](const PlacedMeasurement& m) {
-    if (map.filter().add_absolute(observation_of(map, m), true, true) != Reason::kNone)
+    if (map.filter().add_absolute(observation_in_use(map, m), true, true) != Reason::kNone)
       return false;
     --counts.kinds[m.kind].refused;
     if (--counts.refusals[Reason::kMeasurementGated] == 0)
@@ -80,6 +98,14 @@ double length_in_map(const Map& map, const PlacedMeasurement& m) {
   return length;
 }
 
+// Within one keyframe a length says nothing of how far two are from each other.
+bool has_two_ends(const Map& map, const PlacedMeasurement& m) {
+  const int first = of_present(map, m.points.front()).keyframe;
+  return std::any_of(m.points.begin(), m.points.end(), [&](const PlacedPoint& point) {
+    return of_present(map, point).keyframe != first;
+  });
+}
+
 // The surest length that is sure enough.
 const PlacedMeasurement* best_length(const Map& map, const MeasurementOptions& options) {
   const PlacedMeasurement* best = nullptr;
@@ -87,8 +113,8 @@ const PlacedMeasurement* best_length(const Map& map, const MeasurementOptions& o
     return std::sqrt(m.covariance(0, 0)) / m.value.x();
   };
   for (const PlacedMeasurement& m : map.scale().waiting)
-    if (!is_position(m) && relative(m) <= options.max_scale_sigma && length_in_map(map, m) > 0 &&
-        (!best || relative(m) < relative(*best)))
+    if (!is_position(m) && has_two_ends(map, m) && relative(m) <= options.max_scale_sigma &&
+        length_in_map(map, m) > 0 && (!best || relative(m) < relative(*best)))
       best = &m;
   return best;
 }
@@ -165,7 +191,7 @@ std::optional<Alignment> align(const Map& map, const MeasurementOptions& options
 
 // Everything that is in units of the map.
 void make_metric(Map& map, double metres_per_unit) {
-  map.filter().make_metric(metres_per_unit);
+  map.make_metric(metres_per_unit);
   for (PlacedMeasurement& m : map.scale().waiting) m.make_metric(metres_per_unit);
   map.scale().state.status = ScaleStatus::kFixed;
   map.scale().state.metres_per_unit = metres_per_unit;

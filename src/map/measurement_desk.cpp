@@ -104,7 +104,7 @@ Reason MeasurementDesk::place(const Map& map, const AbsoluteMeasurement& m,
   if (m.kind == MeasurementKind::kOdometry)
     for (int k = 0; k < map.num_keyframes(); ++k) {
       const std::int64_t time_us = map.keyframe(k).observed().frame.time_us;
-      if (time_us <= m.time_us || time_us >= m.until_us) continue;
+      if (time_us <= m.time_us || time_us >= m.until_us || map.is_removed(k)) continue;
       placed.points.emplace_back();
       placed.points.back().keyframe = k;
     }

@@ -18,7 +18,7 @@ std::optional<int> redundant_keyframe(const Map& map, int reference,
   double most = options.redundant_share;
   const std::vector<int> shared = map.num_shared(reference);
   for (int k = 2; k < map.num_keyframes() - options.keep_newest; ++k) {
-    if (shared[k] == 0) continue;
+    if (shared[k] == 0 || map.filter().has_absolute(k)) continue;
     const double share = redundancy(map, k, options.enough_views);
     if (share < most || (found && share == most)) continue;
     most = share;

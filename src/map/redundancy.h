@@ -13,7 +13,7 @@ namespace eifmap {
 double redundancy(const Map& map, int keyframe, int enough_views);
 
 // Of the keyframes that see what `reference` sees, the most redundant one, where KeyframeOptions
-// has one go. It is the caller's to remove.
+// has one go; none that an absolute measurement is of. It is the caller's to remove.
 std::optional<int> redundant_keyframe(const Map& map, int reference,
                                       const KeyframeOptions& options);
 

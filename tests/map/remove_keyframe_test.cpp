@@ -199,5 +199,39 @@ TEST(RemoveKeyframe, GoesOnGrowing) {
   expect_nothing_of(map, 4);
 }
 
+// Metres, where it was in units of the map: also what went before, which is carried.
+TEST(RemoveKeyframe, WhatIsCarriedBecomesMetricToo) {
+  const SyntheticStream world;
+  Map map = scene(world);
+  map.remove_keyframe(3);
+  ASSERT_EQ(map.update().reason, Reason::kNone);
+  const Rigid3 before = map.pose(3);
+  map.make_metric(2.5);
+  const double length = (map.pose(5).translation - map.pose(0).translation).norm();
+  const auto known = AbsoluteObservation::length({0, 5}, length, 1e-3 * length);
+  ASSERT_EQ(map.filter().add_absolute(known, false), Reason::kNone);
+  ASSERT_EQ(map.update().reason, Reason::kNone);
+  EXPECT_LT((map.pose(3).translation - 2.5 * before.translation).norm(), 0.01 * length);
+}
+
+TEST(RemoveKeyframe, TakesItsAbsoluteMeasurementsAlong) {
+  const SyntheticStream world;
+  Map map = scene(world);
+  map.make_metric(1);
+  const auto known = [&map](int k) {
+    const double length = (map.pose(k).translation - map.pose(0).translation).norm();
+    return AbsoluteObservation::length({0, k}, length, 1e-3 * length);
+  };
+  for (const int k : {3, 5}) EXPECT_EQ(map.filter().add_absolute(known(k), false), Reason::kNone);
+  ASSERT_EQ(map.update().reason, Reason::kNone);
+  EXPECT_TRUE(map.filter().has_absolute(3));
+  map.remove_keyframe(3);
+  EXPECT_FALSE(map.filter().has_absolute(3));
+  EXPECT_TRUE(map.filter().has_absolute(5));
+  ASSERT_EQ(map.update().reason, Reason::kNone);
+  const auto of_removed = AbsoluteObservation::length({0, 3}, 1, 1);
+  EXPECT_EQ(map.filter().add_absolute(of_removed, false), Reason::kMeasurementWithoutPose);
+}
+
 }  // namespace
 }  // namespace eifmap::test
