@@ -14,7 +14,7 @@
 namespace eifmap {
 
 struct SurfOptions {
-  int octaves = 4;        // of the scale space, each of twice the blobs' size
+  int octaves = 3;        // of the scale space, each of twice the blobs' size
   int sampling_step = 1;  // px between samples in the first octave; 2 is faster and finds less
   // Responses below this (of image intensities in [0, 1]) are noise. Low on purpose: the detector
   // keeps the best max_features above it, so that a dim, low-texture image still gives its own.

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
+#include "sequence/temporary_folder.h"
 
 namespace eifmap {
 namespace {
@@ -10,11 +10,7 @@ namespace {
 class MeasurementsFileTest : public testing::Test {
  protected:
   MeasurementsFile read(const std::string& text) {
-    const auto file = std::filesystem::path(testing::TempDir()) / "eifmap_measurements.jsonl";
-    std::ofstream(file) << text;
-    MeasurementsFile found = read_measurements(file);
-    std::filesystem::remove(file);
-    return found;
+    return read_measurements(folder_.write("m.jsonl", text));
   }
   void expect_problem(const std::string& line, const std::string& part) {
     const MeasurementsFile file = read(kGood + line + "\n");
@@ -25,6 +21,9 @@ class MeasurementsFileTest : public testing::Test {
   const std::string kGood =
       R"({"kind": "position", "utime": 5, "position": [1, 2, 3], "sigma": 0.5})"
       "\n";
+
+ private:
+  const TemporaryFolder folder_;
 };
 
 TEST_F(MeasurementsFileTest, ReadsEveryKindInTheOrderOfUse) {
