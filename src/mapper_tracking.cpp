@@ -10,6 +10,20 @@
 #include "mapper_state.h"
 
 namespace eifmap {
+namespace {
+
+// As the desk for measurements wants it.
+PlacedFrame placed_frame(const Map& map, const Tracking& tracking, const FrameResult& result) {
+  PlacedFrame frame{result.time_us, tracking.reference, result.reference_from_camera,
+                    tracking.covariance};
+  const Eigen::Matrix3d to_keyframe = map.pose(tracking.reference).matrix().transpose();
+  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Identity();
+  turn.bottomRightCorner<3, 3>() = to_keyframe;
+  frame.covariance = turn * frame.covariance * turn.transpose();
+  return frame;
+}
+
+}  // namespace
 
 // [WD10] IV: the first images.
 void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
@@ -151,18 +165,6 @@ void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
   if (!result.detail.empty()) tracking.detail += "; a new map waits: " + result.detail;
   result.reason = tracking.reason;
   result.detail = std::move(tracking.detail);
-}
-
-// As the desk for measurements wants it.
-static PlacedFrame placed_frame(const Map& map, const Tracking& tracking,
-                                const FrameResult& result) {
-  PlacedFrame frame{result.time_us, tracking.reference, result.reference_from_camera,
-                    tracking.covariance};
-  const Eigen::Matrix3d to_keyframe = map.pose(tracking.reference).matrix().transpose();
-  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Identity();
-  turn.bottomRightCorner<3, 3>() = to_keyframe;
-  frame.covariance = turn * frame.covariance * turn.transpose();
-  return frame;
 }
 
 void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, FrameResult& result) {

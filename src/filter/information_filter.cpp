@@ -199,8 +199,6 @@ void InformationFilter::judge_edges() {
 
 void InformationFilter::judge_newest(FilterUpdate& update) const {
   constexpr std::size_t kSeenWell = 4;  // sights: a landmark gives way to fewer
-  constexpr double kQuantile = 0.5;
-  const double if_right = std::sqrt(-2 * std::log(1 - kQuantile));  // of the norm of two normals
   const int newest = num_poses() - 1;
   std::vector<double> errors;
   for (int l : index_.landmarks(newest))
@@ -208,10 +206,7 @@ void InformationFilter::judge_newest(FilterUpdate& update) const {
       if (m.pose == newest && landmarks_[l].measurements.size() >= kSeenWell)
         errors.push_back(error(l, m));
   update.num_newest = static_cast<int>(errors.size());
-  if (errors.empty()) return;
-  const auto place = static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(errors.size()));
-  std::nth_element(errors.begin(), errors.begin() + place, errors.end());
-  update.newest_spread = errors[static_cast<std::size_t>(place)] / if_right;
+  update.newest_spread = kSpreadFromMedian2d * take_median(errors);
 }
 
 FilterUpdate InformationFilter::update() {
