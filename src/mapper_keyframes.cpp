@@ -20,7 +20,6 @@ KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observe
   work->hardly_seen = live->sight_counts.hardly_seen(live->map());
   work->measurements = desk.take(live->map());
   work->before = live->current;
-  work->after = std::move(live->spare);
   if (runner && with_updates) work->news = std::move(live->news);
   return KeyframeJob(std::move(work));
 }
@@ -32,10 +31,7 @@ Reason Mapper::State::adopt(KeyframeJob job) {
   if (work.news) live->news = std::move(*work.news);
   calibration = std::move(*work.calibration);
   live->full = work.insertion.reason == Reason::kMapFull;
-  if (work.insertion.reason != Reason::kNone) {
-    live->spare = std::move(work.after);
-    return work.insertion.reason;
-  }
+  if (work.insertion.reason != Reason::kNone) return work.insertion.reason;
   // Where the camera is, seen from its reference, has not changed.
   Rigid3 reference_before = live->map().pose(live->reference);
   if (work.after->epoch() != live->map().epoch()) {
@@ -50,7 +46,7 @@ Reason Mapper::State::adopt(KeyframeJob job) {
   live->last.step = now_from_before.rotation * live->last.step;
   if (live->log.newest_is(work.observed->frame.time_us))  // the filter knows better where it was
     live->last.pose = work.after->pose(work.insertion.keyframe);
-  live->spare = std::exchange(live->current, std::move(work.after));
+  live->current = std::move(work.after);
   live->update = std::move(work.update);
   live->removed_keyframes += work.insertion.removed_keyframes;
   live->removed_landmarks += work.insertion.removed_landmarks;

@@ -10,7 +10,7 @@ namespace {
 // repeat nowhere: a landmark has at most one measurement per pose.
 using PointSensitivity = Eigen::Matrix<double, 3, kPoseDof>;
 PointSensitivity sensitivity(const FilterLandmark& landmark, const PointMeasurement& m) {
-  return -landmark.covariance * (to_landmark(m.d_pose).transpose() * m.d_pose);
+  return -landmark.covariance * (m.frozen.to_landmark.transpose() * m.d_pose());
 }
 
 // Sigma_pp of some poses: their blocks of S^-1, zero rows and columns for the gauge pose.

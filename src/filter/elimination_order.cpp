@@ -19,7 +19,7 @@ Graph graph_of(const BlockMatrix& matrix) {
   const auto n = static_cast<std::size_t>(matrix.size());
   std::vector<std::vector<int>> neighbours(n);
   for (int a = 0; a < matrix.size(); ++a)
-    for (int b : matrix.column[a].row)
+    for (int b : matrix.column(a).row)
       if (b != a) neighbours[a].push_back(b), neighbours[b].push_back(a);
   Graph graph;
   graph.start.push_back(0);

@@ -19,7 +19,7 @@ void EliminationTree::set_order(std::vector<int> order) {
   position_.assign(order_.size(), 0);
   for (std::size_t p = 0; p < order_.size(); ++p)
     position_[static_cast<std::size_t>(order_[p])] = static_cast<int>(p);
-  structure_.clear();
+  structure_ = {};
   num_entries_.clear();
 }
 
@@ -27,12 +27,12 @@ void EliminationTree::collect_entries(const BlockMatrix& matrix) {
   const int n = matrix.size();
   start_.assign(static_cast<std::size_t>(n) + 1, 0);
   for (int a = 0; a < n; ++a)
-    for (int b : matrix.column[a].row) ++start_[std::min(position_[a], position_[b]) + 1];
+    for (int b : matrix.column(a).row) ++start_[std::min(position_[a], position_[b]) + 1];
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
   entries_.resize(static_cast<std::size_t>(start_.back()));
   std::vector<int> next(start_.begin(), start_.end() - 1);
   for (int a = 0; a < n; ++a) {
-    const std::vector<int>& rows = matrix.column[a].row;
+    const std::vector<int>& rows = matrix.column(a).row;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const int p = position_[rows[k]], q = position_[a];
       // The block is (p, q); the factor's column min(p, q) needs (max, min).
@@ -43,7 +43,7 @@ void EliminationTree::collect_entries(const BlockMatrix& matrix) {
 
 void EliminationTree::grow_structure() {
   const auto n = order_.size();
-  structure_.resize(n);
+  while (structure_.size() < n) structure_.push_back({});
   num_entries_.resize(n, 0);
   std::vector<std::vector<int>> children(n);
   std::vector<std::uint8_t> grown(n, 0);
@@ -65,7 +65,7 @@ void EliminationTree::grow_structure() {
         for (int row : structure_[static_cast<std::size_t>(c)]) add(row);
       std::sort(rows.begin(), rows.end());
       if (rows != structure_[j]) {
-        structure_[j] = rows;
+        structure_.write(j) = rows;
         grown[j] = 1;
       }
     }

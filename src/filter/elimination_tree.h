@@ -21,7 +21,7 @@ class EliminationTree {
   // column.
   struct Entry {
     int row = 0;                // position
-    int column = 0, index = 0;  // in the matrix: matrix.column[column].block[index]
+    int column = 0, index = 0;  // in the matrix: matrix.column(column).block[index]
     bool transposed = false;    // that block is (column, row) by position
   };
 
@@ -52,7 +52,7 @@ class EliminationTree {
   std::vector<int> start_;
   std::vector<Entry> entries_;
   std::vector<int> num_entries_;  // by position, as of the last call
-  std::vector<std::vector<int>> structure_;
+  SharedVector<std::vector<int>, 8> structure_;
   std::vector<Supernode> supernodes_;
 };
 

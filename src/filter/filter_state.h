@@ -6,42 +6,53 @@
 
 #include "filter/absolute_observation.h"
 #include "filter/measurement_models.h"
+#include "geometry/projection.h"
+#include "shared_vector.h"
 
 namespace eifmap {
 
 // Of normalized image coordinates to the pose's (w, dc). Only the way from the centre to the point
 // counts: to the point's displacement (world) it is the right half, negative.
 using SightDerivative = Eigen::Matrix<double, 2, 6>;
-inline auto to_landmark(const SightDerivative& d_pose) {
-  return -d_pose.rightCols<3>();
-}
+
+// A sight's derivatives, whitened and scaled by the robust weight's root. Of the pose's the left
+// half is of where the point is seen and of nothing else, so it is not kept.
+struct SightRows {
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();  // prediction, normalized image coordinates
+  Eigen::Matrix<double, 2, 3> to_landmark = Eigen::Matrix<double, 2, 3>::Zero();
+
+  // `scale`: the weight's root over sigma.
+  SightDerivative d_pose(double scale) const {
+    SightDerivative d;
+    d.leftCols<3>() = scale * derivative_to_turn(at);
+    d.rightCols<3>() = -to_landmark;
+    return d;
+  }
+};
 
 // A feature seen from a pose.
 struct PointMeasurement {
-  int pose = 0;
   Eigen::Vector2d x = Eigen::Vector2d::Zero();  // normalized image coordinates
   double sigma = 0;                             // of x, each axis, same unit
+  int pose = 0;
 
   // Frozen at the last linearization; whitened, and scaled by the robust weight's root: what the
   // information is summed of.
   bool linearized = false;
-  Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  // at the linearization point
-  double depth = 0;                                     // there
-  double root = 0;                                      // of the robust weight
-  SightDerivative d_pose = SightDerivative::Zero();
+  double depth = 0;  // at the linearization point
+  double root = 0;   // of the robust weight
+  double scale = 0;  // that over sigma, as they were there; 0: the sight says nothing
+  SightRows frozen;
   // Of the same weight, at the mean: what the gradient is summed of. A frozen one would pull at a
   // map that has turned or grown since.
-  SightDerivative d_pose_now = SightDerivative::Zero();
+  SightRows now;
   Eigen::Vector2d residual = Eigen::Vector2d::Zero();  // what is left of z - h at the mean
-};
+  // Rows of Q, where Q R is all the landmark's frozen derivatives, one above the other; as of its
+  // last factorization.
+  Eigen::Matrix<double, 2, 3> q = Eigen::Matrix<double, 2, 3>::Zero();
 
-// What a landmark's elimination takes off the poses' matrix: of the blocks of two poses that see
-// it, rows' rows.
-struct Elimination {
-  int pose = 0;
-  // Q'd_pose of the sight's rows of Q, where Q R is all the landmark's derivatives, one above the
-  // other.
-  Eigen::Matrix<double, 3, 6, Eigen::RowMajor> rows;
+  SightDerivative d_pose() const { return frozen.d_pose(scale); }
+  SightDerivative d_pose_now() const { return now.d_pose(scale); }
 };
 
 struct FilterLandmark {
@@ -52,7 +63,6 @@ struct FilterLandmark {
 
   // A measurement has come, gone or been linearized since what follows was computed.
   bool changed = true;
-  std::vector<Elimination> eliminations;  // by measurement
   // Of the frozen linearizations.
   Eigen::Matrix3d r_inverse = Eigen::Matrix3d::Zero();  // R^-1; V^-1 = R^-1 R^-T
   Eigen::Vector3d step = Eigen::Vector3d::Zero();       // to the best place while the poses stand
@@ -71,6 +81,8 @@ struct FilterEdge {
   double squared_error = 0;
 
   bool changed = true, moved = false;  // linearized, or another residual, since the last sum
+
+  bool stands() const { return linearized && !changed && !moved; }
 };
 
 struct FilterAbsolute {
@@ -84,5 +96,9 @@ struct FilterAbsolute {
 
   bool changed = true, moved = false;  // as of an edge
 };
+
+// Few become others with a keyframe.
+using FilterLandmarks = SharedVector<FilterLandmark, 16>;
+using FilterEdges = SharedVector<FilterEdge, 16>;
 
 }  // namespace eifmap

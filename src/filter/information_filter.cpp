@@ -17,7 +17,7 @@ constexpr double kEdgeGate = 30.9;
 // of them: 1 where they are right, more where whatever disturbs the images (a calibration that is
 // off, a rolling shutter) is in no keypoint's sigma. From the median, which a few wrong edges do
 // not move; as if kTrusted edges more had been right.
-double variance_of_edges(const std::vector<FilterEdge>& edges) {
+double variance_of_edges(const FilterEdges& edges) {
   constexpr double kMedianOfChi5 = 4.351, kTrusted = 10, kLargest = 16;
   std::vector<double> errors;
   for (const FilterEdge& edge : edges)
@@ -63,8 +63,11 @@ void InformationFilter::add_measurement(int landmark, int pose, const Eigen::Vec
   measurement.pose = pose;
   measurement.x = x;
   measurement.sigma = sigma;
-  landmarks_.at(landmark).measurements.push_back(measurement);
-  landmarks_[landmark].changed = true;
+  if (landmark < 0 || landmark >= num_landmarks())
+    throw std::out_of_range("InformationFilter: no such landmark");
+  FilterLandmark& of = landmarks_.write(landmark);
+  of.measurements.push_back(measurement);
+  of.changed = true;
   index_.add(pose, landmark);
   touch(landmark);
 }
@@ -80,13 +83,14 @@ void InformationFilter::touch(int landmark, const Eigen::Vector3d& position_befo
 
 template <class Predicate>
 void InformationFilter::remove_measurements(int landmark, Predicate predicate) {
-  std::vector<PointMeasurement>& all = landmarks_.at(landmark).measurements;
+  const std::vector<PointMeasurement>& all = landmarks_.at(landmark).measurements;
   if (std::none_of(all.begin(), all.end(), predicate)) return;
   system_.before_removal(landmarks_[landmark]);
   for (const PointMeasurement& m : all)
     if (predicate(m)) index_.remove(m.pose, landmark);
-  std::erase_if(all, predicate);
-  landmarks_[landmark].changed = true;
+  FilterLandmark& of = landmarks_.write(landmark);
+  std::erase_if(of.measurements, predicate);
+  of.changed = true;
   touch(landmark);
 }
 
@@ -100,9 +104,9 @@ void InformationFilter::remove_landmark(int landmark) {
 
 void InformationFilter::scale_sigmas(double factor) {
   if (!(factor > 0)) throw std::invalid_argument("InformationFilter: factor not positive");
-  for (FilterLandmark& landmark : landmarks_)
-    for (PointMeasurement& m : landmark.measurements) m.sigma *= factor;
-  for (FilterEdge& edge : edges_) edge.measurement.sqrt_information /= factor;
+  for (int l = 0; l < num_landmarks(); ++l)
+    for (PointMeasurement& m : landmarks_.write(l).measurements) m.sigma *= factor;
+  for (int e = 0; e < num_edges(); ++e) edges_.write(e).measurement.sqrt_information /= factor;
   // What the map's covariances were multiplied by is, as far as that goes, in the sigmas now.
   const double squared = factor * factor;
   map_variance_ = std::max(1.0, map_variance_ / squared);
@@ -118,7 +122,7 @@ void InformationFilter::remove_pose(int pose) {
   const auto ends_in = [pose](const FilterEdge& edge) { return edge.i == pose || edge.j == pose; };
   for (const FilterEdge& edge : edges_)
     if (ends_in(edge)) system_.before_removal(edge);
-  std::erase_if(edges_, ends_in);
+  edges_.erase_if(ends_in);
   std::erase_if(absolutes_, [this, pose](const FilterAbsolute& absolute) {
     if (!is_of(absolute, pose)) return false;
     system_.before_removal(absolute);
@@ -180,7 +184,7 @@ bool InformationFilter::drop_edges(FilterUpdate& update) {
   const auto is_wrong = [](const FilterEdge& edge) { return edge.squared_error > kEdgeGate; };
   for (const FilterEdge& edge : edges_)
     if (is_wrong(edge)) system_.before_removal(edge);
-  const auto dropped = std::erase_if(edges_, is_wrong);
+  const std::size_t dropped = edges_.erase_if(is_wrong);
   update.dropped_edges += static_cast<int>(dropped);
   return dropped > 0;
 }
@@ -194,7 +198,7 @@ void InformationFilter::judge_edges() {
   const double variance = variance_of_edges(edges_);
   if (variance < kAsGood * edge_variance_ && edge_variance_ < kAsGood * variance) return;
   edge_variance_ = variance;
-  for (FilterEdge& edge : edges_) edge.changed = true;
+  for (int e = 0; e < num_edges(); ++e) edges_.write(e).changed = true;
 }
 
 void InformationFilter::judge_newest(FilterUpdate& update) const {
@@ -238,7 +242,7 @@ FilterUpdate InformationFilter::update() {
   judge_newest(result);
   drop_sights(touched_in_update_.sorted(), options_.gate_sigma, result);
   for (int l : touched_in_update_.sorted()) {
-    FilterLandmark& landmark = landmarks_[l];
+    FilterLandmark& landmark = landmarks_.write(l);
     correlation_sums_.set(l, landmark, poses_);
     if (landmark.measurements.empty()) continue;
     landmark.covariance = conditional_covariance(landmark);

@@ -135,7 +135,7 @@ class InformationFilter {
   const Rigid3& pose(int i) const { return poses_[i]; }
   const Eigen::Vector3d& position(int landmark) const { return landmarks_[landmark].position; }
   const FilterLandmark& landmark(int i) const { return landmarks_[i]; }
-  const std::vector<FilterEdge>& edges() const { return edges_; }
+  const FilterEdges& edges() const { return edges_; }
   const SightCorrelation& correlation() const { return correlation_; }
   const PoseBlocks& blocks() const { return system_.blocks(); }
 
@@ -203,8 +203,8 @@ class InformationFilter {
   std::vector<Projector> projectors_;  // of the poses
   std::vector<std::uint8_t> removed_;  // by pose
   int num_removed_ = 0;                // poses
-  std::vector<FilterLandmark> landmarks_;
-  std::vector<FilterEdge> edges_;
+  FilterLandmarks landmarks_;
+  FilterEdges edges_;
   std::vector<FilterAbsolute> absolutes_;
   Rigid3 earth_from_map_, earth_before_;  // with has_earth(); before the update
   bool is_metric_ = false;

@@ -18,7 +18,7 @@ bool solve_latest(const BlockMatrix& matrix, const Eigen::VectorXd& right_side, 
   Eigen::VectorXd right(size);
   for (int a = first; a < matrix.size(); ++a) {
     if (a == standing) continue;
-    const BlockColumn& column = matrix.column[a];
+    const BlockColumn& column = matrix.column(a);
     for (std::size_t k = 0; k < column.row.size(); ++k)
       if (column.row[k] >= first && column.row[k] != standing)
         lower.block<kPoseDof, kPoseDof>(place(a), place(column.row[k])) =

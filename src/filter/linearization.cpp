@@ -22,27 +22,32 @@ bool linearize(PointMeasurement& m, const Projector& projector, const Eigen::Vec
                const Holding& holding, double huber_sigma) {
   const double depth = projector.depth(point);
   Eigen::Vector2d predicted;
-  SightDerivative derivative;
-  if (!projector(point, predicted, &derivative)) {
-    m.d_pose.setZero(), m.d_pose_now.setZero(), m.residual.setZero();
+  Eigen::Matrix<double, 2, 3> to_point;
+  if (!projector(point, predicted, nullptr, &to_point)) {
+    m.frozen = m.now = {};
+    m.scale = 0;
+    m.residual.setZero();
     return std::exchange(m.linearized, false);
   }
   // Times the depth, nothing is left of the derivative to the place but prediction and rotation.
   const auto turned = [&] {
     const double frozen = m.depth * m.sigma / m.root;
-    return (depth * to_landmark(derivative) - frozen * to_landmark(m.d_pose)).squaredNorm();
+    return (depth * to_point - frozen * m.frozen.to_landmark).squaredNorm();
   };
   const bool holds = m.linearized &&
-                     (predicted - m.predicted).squaredNorm() <= holding.within * holding.within &&
+                     (predicted - m.frozen.at).squaredNorm() <= holding.within * holding.within &&
                      std::abs(depth - m.depth) <= holding.of_depth * m.depth &&
                      turned() <= holding.turned * holding.turned;
   const Eigen::Vector2d residual = (m.x - predicted) / m.sigma;
-  if (!holds) m.root = std::sqrt(robust_weight(residual.norm(), huber_sigma));
-  m.d_pose_now = m.root / m.sigma * derivative;
+  if (!holds) {
+    m.root = std::sqrt(robust_weight(residual.norm(), huber_sigma));
+    m.scale = m.root / m.sigma;
+  }
+  m.now.at = predicted;
+  m.now.to_landmark = m.scale * to_point;
   m.residual = m.root * residual;
   if (holds) return false;
-  m.d_pose = m.d_pose_now;
-  m.predicted = predicted;
+  m.frozen = m.now;
   m.depth = depth;
   return m.linearized = true;
 }

@@ -5,13 +5,13 @@
 namespace eifmap {
 
 void PoseIndex::add(int pose, int landmark) {
-  std::vector<int>& all = landmarks_[pose];
+  std::vector<int>& all = landmarks_.write(pose);
   const auto at = std::lower_bound(all.begin(), all.end(), landmark);
   if (at == all.end() || *at != landmark) all.insert(at, landmark);
 }
 
 void PoseIndex::remove(int pose, int landmark) {
-  std::vector<int>& all = landmarks_[pose];
+  std::vector<int>& all = landmarks_.write(pose);
   const auto at = std::lower_bound(all.begin(), all.end(), landmark);
   if (at != all.end() && *at == landmark) all.erase(at);
 }

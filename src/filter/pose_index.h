@@ -3,18 +3,20 @@
 
 #include <vector>
 
+#include "shared_vector.h"
+
 namespace eifmap {
 
 class PoseIndex {
  public:
-  void add_pose() { landmarks_.emplace_back(); }
+  void add_pose() { landmarks_.push_back({}); }
   int num_poses() const { return static_cast<int>(landmarks_.size()); }
   const std::vector<int>& landmarks(int pose) const { return landmarks_[pose]; }  // ascending
   void add(int pose, int landmark);
   void remove(int pose, int landmark);
 
  private:
-  std::vector<std::vector<int>> landmarks_;
+  SharedVector<std::vector<int>, 4> landmarks_;
 };
 
 }  // namespace eifmap

@@ -8,6 +8,14 @@
 namespace eifmap {
 namespace {
 
+// What a landmark's elimination takes off the poses' matrix: of the blocks of two poses that see
+// it, rows' rows.
+struct Elimination {
+  int block = 0;  // of its pose
+  bool stale = false;
+  Eigen::Matrix<double, 3, 6, Eigen::RowMajor> rows;  // Q'd_pose
+};
+
 // block -= other' own, by rows.
 struct Product {
   const Elimination* other = nullptr;
@@ -42,7 +50,7 @@ void take_off(const Elimination& own, const Product* products, std::size_t count
 Eigen::Vector3d step_alone_in_sigmas(const FilterLandmark& landmark) {
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
   for (const PointMeasurement& m : landmark.measurements)
-    gradient.noalias() += to_landmark(m.d_pose_now).transpose() * m.residual;
+    gradient.noalias() += m.now.to_landmark.transpose() * m.residual;
   return landmark.r_inverse.transpose() * gradient;
 }
 
@@ -53,7 +61,7 @@ void factor_landmark(FilterLandmark& landmark) {
   thread_local Eigen::Matrix<double, Eigen::Dynamic, 3> q;
   q.resize(2 * m + 3, 3);
   for (Eigen::Index k = 0; k < m; ++k)
-    q.middleRows<2>(2 * k) = to_landmark(landmark.measurements[static_cast<std::size_t>(k)].d_pose);
+    q.middleRows<2>(2 * k) = landmark.measurements[static_cast<std::size_t>(k)].frozen.to_landmark;
   q.bottomRows<3>() =
       1e-7 * std::sqrt(q.topRows(2 * m).squaredNorm()) * Eigen::Matrix3d::Identity();
   Eigen::Matrix3d r = Eigen::Matrix3d::Zero();
@@ -73,13 +81,8 @@ void factor_landmark(FilterLandmark& landmark) {
   }
   if ((r.diagonal().array() > 0).all())
     landmark.r_inverse = r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
-  landmark.eliminations.resize(landmark.measurements.size());
-  for (std::size_t k = 0; k < landmark.measurements.size(); ++k) {
-    const PointMeasurement& sight = landmark.measurements[k];
-    landmark.eliminations[k].pose = sight.pose;
-    landmark.eliminations[k].rows.noalias() =
-        q.middleRows<2>(2 * static_cast<Eigen::Index>(k)).transpose() * sight.d_pose;
-  }
+  for (Eigen::Index k = 0; k < m; ++k)
+    landmark.measurements[static_cast<std::size_t>(k)].q = q.middleRows<2>(2 * k);
 }
 
 Eigen::Matrix3d conditional_covariance(const FilterLandmark& landmark) {
@@ -91,9 +94,8 @@ Eigen::Matrix3d conditional_covariance(const FilterLandmark& landmark) {
 
 void ReducedSystem::grow(int num_blocks) {
   for (int a = matrix_.size(); a < num_blocks; ++a) {
-    matrix_.column.emplace_back();
-    matrix_.column.back().insert(a);
-    stale_.push_back({1});
+    matrix_.append();
+    matrix_.write(a).insert(a);
     stale_column_.push_back(1);
     stale_side_.push_back(1);
     removed_.push_back(0);
@@ -106,14 +108,12 @@ void ReducedSystem::mark(int pose, int other, bool may_insert) {
   const int p = blocks_.of(pose), q = blocks_.of(other);
   const int a = std::max(p, q), b = std::min(p, q);
   if (b < 0 || a >= matrix_.size()) return;
-  BlockColumn& column = matrix_.column[a];
-  int at = column.find(b);
-  if (at < 0) {
-    if (!may_insert) return;
-    at = column.insert(b);
-    stale_[a].insert(stale_[a].begin() + at, 1);
-  }
-  stale_[a][at] = 1;
+  const int at = matrix_.column(a).find(b);
+  if (at < 0 && !may_insert) return;
+  if (at < 0)
+    matrix_.write(a).insert(b);
+  else if (!matrix_.column(a).stale[at])
+    matrix_.write(a).stale[at] = 1;
   stale_column_[a] = 1;
 }
 
@@ -171,50 +171,55 @@ void ReducedSystem::before_removal(const FilterEdge& edge) {
 void ReducedSystem::remove(int pose) {
   const int a = blocks_.of(pose);
   grow(a + 1);
-  const auto erase = [this](int in, std::ptrdiff_t at) {
-    BlockColumn& column = matrix_.column[in];
-    column.row.erase(column.row.begin() + at);
-    column.block.erase(column.block.begin() + at);
-    column.changed.erase(column.changed.begin() + at);
-    stale_[in].erase(stale_[in].begin() + at);
-  };
-  while (matrix_.column[a].row.size() > 1) erase(a, 0);
+  BlockColumn& own = matrix_.write(a);
+  while (own.row.size() > 1) own.erase(0);
+  own.stale.back() = 1;
   for (int other = a + 1; other < matrix_.size(); ++other)
-    if (const int at = matrix_.column[other].find(a); at >= 0) erase(other, at);
+    if (const int at = matrix_.column(other).find(a); at >= 0) matrix_.write(other).erase(at);
   removed_[a] = 1;
-  stale_[a].back() = 1;
   stale_column_[a] = stale_side_[a] = 1;
 }
 
 void ReducedSystem::clear_stale_blocks(int a) {
-  BlockColumn& column = matrix_.column[a];
+  BlockColumn& column = matrix_.write(a);
   for (std::size_t k = 0; k < column.row.size(); ++k) {
-    if (!stale_[a][k]) continue;
+    if (!column.stale[k]) continue;
     column.block[k].setZero();
     column.changed[k] = 1;
     ++num_blocks_summed_;
   }
 }
 
-// The stale blocks of one sight's column: with all sights of the same landmark.
-void ReducedSystem::add_sight(const FilterLandmark& landmark, std::size_t own) {
+// The stale blocks of its sights' columns: each sight with all.
+void ReducedSystem::add_landmark(const FilterLandmark& landmark) {
+  thread_local std::vector<Elimination> all;
   thread_local std::vector<Product> products;
-  const int a = blocks_.of(landmark.eliminations[own].pose);
-  BlockColumn& column = matrix_.column[a];
-  products.clear();
-  std::size_t k = 0;
-  for (const Elimination& other : landmark.eliminations) {
-    const int b = blocks_.of(other.pose);
-    if (b < 0 || b > a) continue;
-    if (column.row[k] > b) k = 0;  // sights are in the order of their poses, mostly
-    while (column.row[k] < b) ++k;
-    if (stale_[a][k]) products.push_back({&other, &column.block[k]});
+  const std::vector<PointMeasurement>& measurements = landmark.measurements;
+  all.resize(measurements.size());
+  bool any = false;
+  for (std::size_t k = 0; k < measurements.size(); ++k) {
+    all[k].block = blocks_.of(measurements[k].pose);
+    all[k].stale = all[k].block >= 0 && stale_column_[all[k].block];
+    any = any || all[k].stale;
   }
-  if (stale_[a].back()) {
-    const SightDerivative& d_pose = landmark.measurements[own].d_pose;
-    column.block.back().noalias() += d_pose.transpose() * d_pose;
+  if (!any) return;
+  for (std::size_t k = 0; k < measurements.size(); ++k)
+    all[k].rows.noalias() = measurements[k].q.transpose() * measurements[k].d_pose();
+  for (std::size_t own = 0; own < measurements.size(); ++own) {
+    if (!all[own].stale) continue;
+    BlockColumn& column = *stale_columns_[all[own].block];
+    products.clear();
+    for (const Elimination& other : all) {
+      if (other.block < 0 || other.block > all[own].block) continue;
+      const int at = column.find(other.block);
+      if (column.stale[at]) products.push_back({&other, &column.block[at]});
+    }
+    if (column.stale.back()) {
+      const SightDerivative d_pose = measurements[own].d_pose();
+      column.block.back().noalias() += d_pose.transpose() * d_pose;
+    }
+    take_off(all[own], products.data(), products.size());
   }
-  take_off(landmark.eliminations[own], products.data(), products.size());
 }
 
 // What is left for the poses once the landmark is eliminated.
@@ -222,8 +227,8 @@ void ReducedSystem::add_right_side(const FilterLandmark& landmark) {
   for (const PointMeasurement& m : landmark.measurements) {
     const int block = blocks_.of(m.pose);
     if (block < 0 || !stale_side_[block]) continue;
-    const Eigen::Vector2d left = m.residual - to_landmark(m.d_pose_now) * landmark.step;
-    right_side_.segment<6>(6 * block).noalias() += m.d_pose_now.transpose() * left;
+    const Eigen::Vector2d left = m.residual - m.now.to_landmark * landmark.step;
+    right_side_.segment<6>(6 * block).noalias() += m.d_pose_now().transpose() * left;
   }
 }
 
@@ -232,8 +237,8 @@ PoseBlock* ReducedSystem::stale_block(int i, int j) {
   const int p = blocks_.of(i), q = blocks_.of(j);
   const int a = std::max(p, q), b = std::min(p, q);
   if (b < 0 || !stale_column_[a]) return nullptr;
-  const int at = matrix_.column[a].find(b);
-  return stale_[a][at] ? &matrix_.column[a].block[at] : nullptr;
+  const int at = matrix_.column(a).find(b);
+  return matrix_.column(a).stale[at] ? &matrix_.write(a).block[at] : nullptr;
 }
 
 void ReducedSystem::add_edge(const FilterEdge& edge) {
@@ -284,8 +289,8 @@ void ReducedSystem::add_earth_prior() {
 void ReducedSystem::add_gauge(const Eigen::Vector3d& baseline) {
   if (matrix_.size() == 0 || !(gauge_.length > 0)) return;
   const Eigen::Vector3d& u = gauge_.direction;
-  if (stale_[0][0]) {
-    auto centre = matrix_.column[0].block[0].bottomRightCorner<3, 3>();
+  if (matrix_.column(0).stale[0]) {
+    auto centre = matrix_.write(0).block[0].bottomRightCorner<3, 3>();
     gauge_weight_ = 1e6 * centre.trace();
     centre.noalias() += gauge_weight_ * u * u.transpose();
   }
@@ -293,14 +298,14 @@ void ReducedSystem::add_gauge(const Eigen::Vector3d& baseline) {
     right_side_.segment<3>(3) += gauge_weight_ * (gauge_.length - u.dot(baseline)) * u;
 }
 
-void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& landmarks,
-                        const std::vector<int>& touched, std::vector<FilterEdge>& edges,
+void ReducedSystem::sum(const PoseIndex& index, FilterLandmarks& landmarks,
+                        const std::vector<int>& touched, FilterEdges& edges,
                         std::vector<FilterAbsolute>& absolutes, const Eigen::Vector3d& baseline) {
   const int n = blocks_.count(index.num_poses());
   grow(n);
   largest_step_alone_ = 0;
   for (int l : touched) {
-    FilterLandmark& landmark = landmarks[l];
+    FilterLandmark& landmark = landmarks.write(l);
     if (landmark.changed) {
       mark_pairs(landmark, true);
       factor_landmark(landmark);
@@ -311,7 +316,9 @@ void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& lan
     largest_step_alone_ = std::max(largest_step_alone_, sigmas.norm());
     for (const PointMeasurement& m : landmark.measurements) touch_right_side(m.pose);
   }
-  for (FilterEdge& edge : edges) {
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    if (!edges[e].changed && !edges[e].moved) continue;
+    FilterEdge& edge = edges.write(e);
     if (edge.changed) mark_blocks(edge, true);
     if (edge.moved) touch_right_side(edge.i), touch_right_side(edge.j);
     edge.changed = edge.moved = false;
@@ -323,9 +330,11 @@ void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& lan
   }
   num_blocks_summed_ = 0;
   right_side_.conservativeResize(n * kPoseDof);
+  stale_columns_.resize(n);
   for (int a = 0; a < n; ++a) {
     if (stale_column_[a]) clear_stale_blocks(a);
-    if (stale_column_[a] && removed_[a]) matrix_.column[a].block.back().setIdentity();
+    stale_columns_[a] = stale_column_[a] ? &matrix_.write(a) : nullptr;
+    if (stale_column_[a] && removed_[a]) matrix_.write(a).block.back().setIdentity();
     if (stale_side_[a]) right_side_.segment<6>(6 * a).setZero();
     if (!stale_column_[a] && !stale_side_[a]) continue;
     if (const int pose = blocks_.pose(a); pose != kEarthFromMap)
@@ -333,22 +342,22 @@ void ReducedSystem::sum(const PoseIndex& index, std::vector<FilterLandmark>& lan
   }
   // Landmark by landmark: what one of them says of all its poses lies together.
   for (int l : concerned_.sorted()) {
-    const FilterLandmark& landmark = landmarks[l];
-    for (std::size_t k = 0; k < landmark.eliminations.size(); ++k) {
-      const int a = blocks_.of(landmark.eliminations[k].pose);
-      if (a >= 0 && stale_column_[a]) add_sight(landmark, k);
-    }
-    add_right_side(landmark);
+    add_landmark(landmarks[l]);
+    add_right_side(landmarks[l]);
   }
   concerned_.clear();
   for (const FilterEdge& edge : edges) add_edge(edge);
   for (const FilterAbsolute& absolute : absolutes) add_absolute(absolute);
   add_earth_prior();
   add_gauge(baseline);
-  for (int a = 0; a < n; ++a)
-    if (stale_column_[a]) std::fill(stale_[a].begin(), stale_[a].end(), 0);
+  for (int a = 0; a < n; ++a) {
+    if (!stale_column_[a]) continue;
+    std::vector<std::uint8_t>& stale = stale_columns_[a]->stale;
+    std::fill(stale.begin(), stale.end(), 0);
+  }
   std::fill(stale_column_.begin(), stale_column_.end(), 0);
   std::fill(stale_side_.begin(), stale_side_.end(), 0);
+  stale_columns_.clear();
 }
 
 }  // namespace eifmap

@@ -50,9 +50,9 @@ class ReducedSystem {
   // another measurement, linearization or residual than then, ascending; they have their Q, R
   // and step for still poses from then on. `baseline`: from the first pose to the second, at the
   // mean.
-  void sum(const PoseIndex& index, std::vector<FilterLandmark>& landmarks,
-           const std::vector<int>& touched, std::vector<FilterEdge>& edges,
-           std::vector<FilterAbsolute>& absolutes, const Eigen::Vector3d& baseline);
+  void sum(const PoseIndex& index, FilterLandmarks& landmarks, const std::vector<int>& touched,
+           FilterEdges& edges, std::vector<FilterAbsolute>& absolutes,
+           const Eigen::Vector3d& baseline);
 
   // What was summed again since the last mark_factored() is marked as changed.
   const BlockMatrix& matrix() const { return matrix_; }
@@ -71,7 +71,7 @@ class ReducedSystem {
   void touch_right_side(int pose);
   void touch_right_side(const FilterAbsolute& absolute);
   void clear_stale_blocks(int a);
-  void add_sight(const FilterLandmark& landmark, std::size_t own);
+  void add_landmark(const FilterLandmark& landmark);
   void add_right_side(const FilterLandmark& landmark);
   void add_edge(const FilterEdge& edge);
   void add_absolute(const FilterAbsolute& absolute);
@@ -83,17 +83,16 @@ class ReducedSystem {
   ScaleGauge gauge_;
   double gauge_weight_ = 0;
   BlockMatrix matrix_;
-  // Before a sum: what it must sum again.
-  std::vector<std::vector<std::uint8_t>> stale_;  // per column, parallel to its blocks
   std::vector<std::uint8_t> stale_column_, stale_side_;
-  std::vector<std::uint8_t> removed_;  // by column
+  std::vector<std::uint8_t> removed_;        // by column
+  std::vector<BlockColumn*> stale_columns_;  // by column, within a sum
   LandmarkSet concerned_;
   Eigen::VectorXd right_side_;
   double largest_step_alone_ = 0;
   int num_blocks_summed_ = 0;
 };
 
-// Writes R^-1 of the landmark's present linearization, and what eliminating it leaves to take off.
+// Writes Q and R^-1 of the landmark's present linearization.
 void factor_landmark(FilterLandmark& landmark);
 
 // R times the step to its best place while its poses stand still: R V^-1 b.

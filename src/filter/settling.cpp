@@ -42,7 +42,7 @@ std::size_t InformationFilter::linearize_moved() {
   const Holding held = holding();
   std::size_t count = 0;
   for (int l : touched_.sorted()) {
-    FilterLandmark& landmark = landmarks_[l];
+    FilterLandmark& landmark = landmarks_.write(l);
     for (PointMeasurement& m : landmark.measurements) {
       if (once && m.linearized) continue;
       if (!linearize(m, projectors_[m.pose], landmark.position, held, options_.huber_sigma))
@@ -51,8 +51,11 @@ std::size_t InformationFilter::linearize_moved() {
       if (m.linearized) ++count;
     }
   }
-  for (FilterEdge& edge : edges_)
+  for (int e = 0; e < num_edges(); ++e) {
+    if (edges_[e].stands()) continue;
+    FilterEdge& edge = edges_.write(e);
     linearize(edge, poses_[edge.i], poses_[edge.j], options_.relinearize, edge_variance_);
+  }
   for (FilterAbsolute& absolute : absolutes_)
     linearize(absolute, poses_, earth_from_map_, options_.relinearize, absolute_weight_);
   return count;
@@ -60,11 +63,15 @@ std::size_t InformationFilter::linearize_moved() {
 
 void InformationFilter::linearize_all_anew() {
   for (int l = 0; l < num_landmarks(); ++l) {
-    landmarks_[l].changed = true;
-    for (PointMeasurement& m : landmarks_[l].measurements) m.linearized = false;
+    FilterLandmark& landmark = landmarks_.write(l);
+    landmark.changed = true;
+    for (PointMeasurement& m : landmark.measurements) m.linearized = false;
     touch(l);
   }
-  for (FilterEdge& edge : edges_) edge.linearized = false, edge.changed = true;
+  for (int e = 0; e < num_edges(); ++e) {
+    FilterEdge& edge = edges_.write(e);
+    edge.linearized = false, edge.changed = true;
+  }
   for (FilterAbsolute& a : absolutes_) a.linearized = false, a.changed = true;
 }
 
@@ -74,7 +81,7 @@ bool InformationFilter::solve_for_all(Eigen::VectorXd& delta_poses) {
   shrunk_ = false;
   if (!cholesky_.factor(system_.matrix(), blocks().earth())) return false;
   system_.mark_factored();
-  delta_poses = cholesky_.solve(system_.right_side());
+  delta_poses = cholesky_.solve_column(system_.right_side());
   return delta_poses.allFinite();
 }
 
@@ -102,7 +109,7 @@ bool InformationFilter::move_alone(FilterLandmark& landmark, double still) const
     const Eigen::Vector3d step = landmark.r_inverse * sigmas;
     landmark.position += step;
     for (PointMeasurement& m : landmark.measurements)
-      m.residual.noalias() -= to_landmark(m.d_pose_now) * step;
+      m.residual.noalias() -= m.now.to_landmark * step;
     if (options_.relinearize == Relinearize::kOnce || length <= kConverged) return true;
     bool anew = false;
     for (PointMeasurement& m : landmark.measurements)
@@ -124,7 +131,7 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
   const auto is_step = [&](int pose) {
     const Eigen::Matrix<double, 6, 1> delta = step_of(pose);
     if (delta.isZero(0)) return false;  // not of the latest
-    const PoseBlock& block = system_.matrix().column[blocks().of(pose)].block.back();
+    const PoseBlock& block = system_.matrix().column(blocks().of(pose)).block.back();
     return delta.dot(block * delta) > still * still;
   };
   std::vector<std::uint8_t> moves(poses_.size(), 0);
@@ -141,22 +148,24 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
   const std::vector<int> in_question = touched_.sorted();
   touched_.clear();
   for (int l : in_question) {
-    FilterLandmark& landmark = landmarks_[l];
+    FilterLandmark& landmark = landmarks_.write(l);
     const Eigen::Vector3d position_before = landmark.position;
     bool moved = false;
     for (PointMeasurement& m : landmark.measurements) {
       if (!moves[m.pose]) continue;
-      m.residual.noalias() -= m.d_pose_now * step_of(m.pose);
+      m.residual.noalias() -= m.d_pose_now() * step_of(m.pose);
       moved = true;
     }
     if (move_alone(landmark, moved ? 0 : still)) moved = true;
     if (moved) touch(l, position_before);
   }
-  for (FilterEdge& edge : edges_) {
+  for (int e = 0; e < num_edges(); ++e) {
+    if (!moves[edges_[e].i] && !moves[edges_[e].j]) continue;
+    FilterEdge& edge = edges_.write(e);
     Eigen::Matrix<double, 5, 1>& residual = edge.now.residual;
     if (moves[edge.i]) residual.noalias() -= edge.now.d_i * step_of(edge.i);
     if (moves[edge.j]) residual.noalias() -= edge.now.d_j * step_of(edge.j);
-    if (moves[edge.i] || moves[edge.j]) edge.moved = true;
+    edge.moved = true;
   }
   for (FilterAbsolute& absolute : absolutes_) {
     for (const PoseRows& rows : absolute.now.of_pose) {
@@ -172,7 +181,7 @@ void InformationFilter::undo() {
   for (int p = 0; p < num_poses(); ++p) set_pose(p, poses_before_[p]);
   earth_from_map_ = earth_before_;
   for (const auto& [landmark, position] : positions_before_)
-    landmarks_[landmark].position = position;
+    landmarks_.write(landmark).position = position;
   linearize_all_anew();
 }
 

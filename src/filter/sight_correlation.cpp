@@ -33,12 +33,12 @@ std::vector<Eigen::Vector2d> residuals_of(const FilterLandmark& landmark,
 void CorrelationSums::set(int landmark, const FilterLandmark& of,
                           const std::vector<Rigid3>& poses) {
   const auto at = static_cast<std::size_t>(landmark);
-  if (at >= tracks_.size()) tracks_.resize(at + 1);
-  tracks_[at] = {};
+  while (at >= tracks_.size()) tracks_.push_back({});
+  OfTrack& track = tracks_.write(at);
+  track = {};
   if (of.measurements.size() < kShortest) return;
   const std::vector<Eigen::Vector2d> r = residuals_of(of, poses);
   if (r.size() < kShortest) return;
-  OfTrack& track = tracks_[at];
   track.sights = static_cast<double>(r.size());
   track.pairs = track.sights - 1;
   for (std::size_t k = 0; k < r.size(); ++k) {

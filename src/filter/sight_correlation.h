@@ -10,6 +10,7 @@
 
 #include "filter/filter_state.h"
 #include "geometry/rigid3.h"
+#include "shared_vector.h"
 
 namespace eifmap {
 
@@ -31,7 +32,7 @@ class CorrelationSums {
   struct OfTrack {
     double sights = 0, pairs = 0, squares = 0, products = 0;
   };
-  std::vector<OfTrack> tracks_;  // by landmark; zero where there are too few sights
+  SharedVector<OfTrack, 64> tracks_;  // by landmark; zero where there are too few sights
 };
 
 }  // namespace eifmap

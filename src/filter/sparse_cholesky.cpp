@@ -79,12 +79,16 @@ void SparseCholesky::renew_tree(const BlockMatrix& matrix, int late) {
   }
 }
 
-bool SparseCholesky::may_stay(const Node& node, const BlockMatrix& matrix) const {
-  if (node.rows != tree_.structure(node.last)) return false;
-  for (int p = node.first; p <= node.last; ++p)
-    for (const auto* e = tree_.entries_begin(p); e != tree_.entries_end(p); ++e)
-      if (matrix.column[e->column].changed[e->index]) return false;
-  return true;
+// By position: whether a block that the factor's column there needs has changed.
+std::vector<std::uint8_t> SparseCholesky::changed_positions(const BlockMatrix& matrix) const {
+  std::vector<std::uint8_t> changed(static_cast<std::size_t>(tree_.size()), 0);
+  for (const int a : matrix.written()) {
+    const BlockColumn& column = matrix.column(a);
+    for (std::size_t k = 0; k < column.row.size(); ++k)
+      if (column.changed[k])
+        changed[std::min(tree_.position(a), tree_.position(column.row[k]))] = 1;
+  }
+  return changed;
 }
 
 void SparseCholesky::assemble(Node& node, const BlockMatrix& matrix) {
@@ -96,7 +100,7 @@ void SparseCholesky::assemble(Node& node, const BlockMatrix& matrix) {
   Eigen::Map<Eigen::MatrixXd> panel(node.panel.data(), height, node.columns() * kPoseDof);
   for (int p = node.first; p <= node.last; ++p) {
     for (const auto* e = tree_.entries_begin(p); e != tree_.entries_end(p); ++e) {
-      const PoseBlock& block = matrix.column[e->column].block[e->index];
+      const PoseBlock& block = matrix.column(e->column).block[e->index];
       auto into = panel.block<kPoseDof, kPoseDof>(place_[e->row], (p - node.first) * kPoseDof);
       if (e->transposed)
         into = block.transpose();
@@ -157,11 +161,17 @@ bool SparseCholesky::factor(const BlockMatrix& matrix, int late) {
   place_.resize(static_cast<std::size_t>(tree_.size()));
   Waiting waiting(supernodes.size());
   std::vector<std::uint8_t> fresh(supernodes.size(), 0);
+  const std::vector<std::uint8_t> changed = changed_positions(matrix);
+  const auto is_same = [&](const Node& node) {
+    return node.rows == tree_.structure(node.last) &&
+           std::find(changed.begin() + node.first, changed.begin() + node.last + 1, 1) ==
+               changed.begin() + node.last + 1;
+  };
   auto old = was_ordered_ ? before.end() : before.begin();
   for (std::size_t s = 0; s < supernodes.size(); ++s) {
     while (old != before.end() && (*old)->first < supernodes[s].first) ++old;
     bool stays = old != before.end() && (*old)->first == supernodes[s].first &&
-                 (*old)->last == supernodes[s].last && may_stay(**old, matrix);
+                 (*old)->last == supernodes[s].last && is_same(**old);
     for (int d = waiting.first(s); stays && d >= 0; d = waiting.next(d)) stays = !fresh[d];
     std::shared_ptr<Node> node;
     if (!stays) {
@@ -194,19 +204,31 @@ bool SparseCholesky::factor(const BlockMatrix& matrix, int late) {
   return true;
 }
 
-Eigen::MatrixXd SparseCholesky::permuted(const Eigen::MatrixXd& b) const {
+template <class X>
+X SparseCholesky::permuted(const X& b) const {
   if (!has_factor() || b.rows() != static_cast<Eigen::Index>(tree_.size()) * kPoseDof)
     throw std::invalid_argument("SparseCholesky: nothing of this size was factored");
-  Eigen::MatrixXd x(b.rows(), b.cols());
+  X x(b.rows(), b.cols());
   for (int p = 0; p < tree_.size(); ++p)
-    x.middleRows<kPoseDof>(p * kPoseDof) = b.middleRows<kPoseDof>(tree_.pose(p) * kPoseDof);
+    x.template middleRows<kPoseDof>(p * kPoseDof) =
+        b.template middleRows<kPoseDof>(tree_.pose(p) * kPoseDof);
   return x;
+}
+
+template <class X>
+X SparseCholesky::unpermuted(const X& x) const {
+  X result(x.rows(), x.cols());
+  for (int p = 0; p < tree_.size(); ++p)
+    result.template middleRows<kPoseDof>(tree_.pose(p) * kPoseDof) =
+        x.template middleRows<kPoseDof>(p * kPoseDof);
+  return result;
 }
 
 // Nodes in whose rows there are only zeros so far are passed over: a few poses' columns reach the
 // root by a short way.
-void SparseCholesky::solve_lower(Eigen::MatrixXd& x) const {
-  Eigen::MatrixXd below;
+template <class X>
+void SparseCholesky::solve_lower(X& x) const {
+  X below;
   for (const auto& at : nodes_) {
     const Node& node = *at;
     const int columns = node.columns() * kPoseDof, height = node.height();
@@ -217,13 +239,14 @@ void SparseCholesky::solve_lower(Eigen::MatrixXd& x) const {
     if (node.rows.empty()) continue;
     below.noalias() = panel.bottomRows(height - columns) * top;
     for (std::size_t r = 0; r < node.rows.size(); ++r)
-      x.middleRows<kPoseDof>(node.rows[r] * kPoseDof) -=
-          below.middleRows<kPoseDof>(static_cast<Eigen::Index>(r) * kPoseDof);
+      x.template middleRows<kPoseDof>(node.rows[r] * kPoseDof) -=
+          below.template middleRows<kPoseDof>(static_cast<Eigen::Index>(r) * kPoseDof);
   }
 }
 
-void SparseCholesky::solve_upper(Eigen::MatrixXd& x) const {
-  Eigen::MatrixXd below;
+template <class X>
+void SparseCholesky::solve_upper(X& x) const {
+  X below;
   for (auto at = nodes_.rbegin(); at != nodes_.rend(); ++at) {
     const Node* node = at->get();
     const int columns = node->columns() * kPoseDof, height = node->height();
@@ -232,8 +255,8 @@ void SparseCholesky::solve_upper(Eigen::MatrixXd& x) const {
     if (!node->rows.empty()) {
       below.resize(height - columns, x.cols());
       for (std::size_t r = 0; r < node->rows.size(); ++r)
-        below.middleRows<kPoseDof>(static_cast<Eigen::Index>(r) * kPoseDof) =
-            x.middleRows<kPoseDof>(node->rows[r] * kPoseDof);
+        below.template middleRows<kPoseDof>(static_cast<Eigen::Index>(r) * kPoseDof) =
+            x.template middleRows<kPoseDof>(node->rows[r] * kPoseDof);
       top.noalias() -= panel.bottomRows(height - columns).transpose() * below;
     }
     panel.topRows(columns).triangularView<Eigen::Lower>().transpose().solveInPlace(top);
@@ -250,10 +273,14 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) const {
   Eigen::MatrixXd x = permuted(b);
   solve_lower(x);
   solve_upper(x);
-  Eigen::MatrixXd result(x.rows(), x.cols());
-  for (int p = 0; p < tree_.size(); ++p)
-    result.middleRows<kPoseDof>(tree_.pose(p) * kPoseDof) = x.middleRows<kPoseDof>(p * kPoseDof);
-  return result;
+  return unpermuted(x);
+}
+
+Eigen::VectorXd SparseCholesky::solve_column(const Eigen::VectorXd& b) const {
+  Eigen::VectorXd x = permuted(b);
+  solve_lower(x);
+  solve_upper(x);
+  return unpermuted(x);
 }
 
 }  // namespace eifmap

@@ -21,8 +21,9 @@ class SparseCholesky {
   bool factor(const BlockMatrix& matrix, int late = -1);
   bool has_factor() const { return !nodes_.empty(); }
 
-  // x with matrix x = b, one column of b at a time; needs a successful factor() before.
+  // x with matrix x = b, for each column of b; needs a successful factor() before.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;
+  Eigen::VectorXd solve_column(const Eigen::VectorXd& b) const;
 
   // y = L^-1 P b of matrix = P' L L' P: y'y = b' matrix^-1 b, the covariance of the linear
   // functions of x that are b's columns.
@@ -44,13 +45,19 @@ class SparseCholesky {
   };
 
   void renew_tree(const BlockMatrix& matrix, int late);
-  bool may_stay(const Node& node, const BlockMatrix& matrix) const;
+  std::vector<std::uint8_t> changed_positions(const BlockMatrix& matrix) const;
   void assemble(Node& node, const BlockMatrix& matrix);
   void take_off(const Node& descendant, int from, int to, Node& node);
   static bool factor_panel(Node& node);
-  Eigen::MatrixXd permuted(const Eigen::MatrixXd& b) const;
-  void solve_lower(Eigen::MatrixXd& x) const;
-  void solve_upper(Eigen::MatrixXd& x) const;
+  // Of Eigen::MatrixXd or, for which Eigen has faster ways, Eigen::VectorXd.
+  template <class X>
+  X permuted(const X& b) const;
+  template <class X>
+  X unpermuted(const X& x) const;
+  template <class X>
+  void solve_lower(X& x) const;
+  template <class X>
+  void solve_upper(X& x) const;
 
   EliminationTree tree_;
   std::size_t num_blocks_ = 0;

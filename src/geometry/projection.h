@@ -9,6 +9,15 @@
 
 namespace eifmap {
 
+// Of (x/z, y/z) = `at` to the camera's turn w as in retract(): p(w) = Exp(-w) p ~ p + p x w. The
+// depth cancels: turning a camera shows no depth.
+inline Eigen::Matrix<double, 2, 3> derivative_to_turn(const Eigen::Vector2d& at) {
+  const double u = at.x(), v = at.y();
+  Eigen::Matrix<double, 2, 3> derivative;
+  derivative << u * v, -(1 + u * u), v, 1 + v * v, -u * v, -u;
+  return derivative;
+}
+
 // A world -> camera transform prepared for many points: one rotation matrix instead of one
 // quaternion product per point.
 class Projector {
@@ -35,8 +44,7 @@ class Projector {
     to_point.row(0) = inverse_z * (camera_from_world_.row(0) - u * camera_from_world_.row(2));
     to_point.row(1) = inverse_z * (camera_from_world_.row(1) - v * camera_from_world_.row(2));
     if (d_pose) {
-      // p(w) = Exp(-w) p ~ p + p x w; the depth cancels: turning a camera shows no depth.
-      d_pose->leftCols<3>() << u * v, -(1 + u * u), v, 1 + v * v, -u * v, -u;
+      d_pose->leftCols<3>() = derivative_to_turn(x);
       d_pose->rightCols<3>() = -to_point;
     }
     if (d_point) *d_point = to_point;

@@ -74,7 +74,7 @@ bool frame_error(const Map& map, const ObservedFrame& observed, const Tracking& 
         s.weight * inverse * s.d_pose.transpose() * s.d_point * landmark.covariance;
     for (const PointMeasurement& m : landmark.measurements)
       sensitivities[static_cast<std::size_t>(m.pose)].derivative.noalias() +=
-          through * (to_landmark(m.d_pose).transpose() * m.d_pose);
+          through * (m.frozen.to_landmark.transpose() * m.d_pose());
   }
   for (int k = 0; k < map.num_keyframes(); ++k) sensitivities[static_cast<std::size_t>(k)].pose = k;
   std::erase_if(sensitivities, [](const PoseSensitivity& s) { return s.derivative.isZero(0); });

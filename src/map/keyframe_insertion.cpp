@@ -112,7 +112,7 @@ void remove_redundant(Map& map, int newest, const Tracking& tracking,
                       const KeyframeOptions& options) {
   const auto redundant = redundant_keyframe(map, tracking.reference, options);
   if (!redundant) return;
-  const std::vector<FilterEdge>& edges = map.filter().edges();
+  const FilterEdges& edges = map.filter().edges();
   const bool is_tied = std::any_of(edges.begin(), edges.end(), [&](const FilterEdge& edge) {
     return edge.i == *redundant && edge.j == newest;
   });

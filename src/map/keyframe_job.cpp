@@ -17,10 +17,7 @@ std::int64_t KeyframeJob::id() const {
 
 void KeyframeJob::run() {
   KeyframeWork& work = *work_;
-  if (work.after)
-    *work.after = *work.before;  // into memory that is there
-  else
-    work.after = std::make_shared<Map>(*work.before);
+  work.after = std::make_shared<Map>(*work.before);  // which shares what stays as it is
   const int epoch = work.after->epoch();
   add_measurements(*work.after, std::move(work.measurements), work.options.measurement);
   work.insertion =

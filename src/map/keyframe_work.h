@@ -26,7 +26,7 @@ struct KeyframeWork {
   std::optional<MapNews> news;        // of `before`; none: nobody wants updates of the map
   std::optional<CalibrationCheck> calibration;  // its pairs so far; run() adds to them
 
-  // Made by run(). A map that may be written over comes in `after`, for its memory.
+  // Made by run().
   std::shared_ptr<Map> after;
   Insertion insertion;  // with a reason: `after` is not to be trusted, and `before` goes on
   std::optional<MapUpdate> update;

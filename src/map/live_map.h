@@ -23,7 +23,6 @@ struct LiveMap {
   const Map& map() const { return *current; }
 
   std::shared_ptr<Map> current;
-  std::shared_ptr<Map> spare;       // the map before it, for its memory
   MapNews news;                     // while no job has them
   std::optional<MapUpdate> update;  // of the job adopted last, until it is asked for
   TrajectoryLog log;

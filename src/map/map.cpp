@@ -31,21 +31,21 @@ void Map::remove_keyframe(int keyframe) {
   int carrier = sharing.size() > 1 ? sharing[1] : keyframe - 1;
   while (is_removed(carrier)) --carrier;
 
-  Keyframe& old = keyframes_[keyframe];
-  const std::vector<int> tracks = old.track;
+  const std::vector<int> tracks = keyframes_[keyframe].track;
   for (const int t : tracks) {
     if (t == kNoTrack) continue;
     remove_sight(t, keyframe);
     if (tracks_[t].is_landmark() && tracks_[t].sights.size() < 2) remove_track(t);
   }
-  std::erase_if(edges_, [&](const MapEdge& edge) {
+  edges_.erase_if([&](const MapEdge& edge) {
     if (edge.i != keyframe && edge.j != keyframe) return false;
     for (const Match& match : edge.matches)
-      keyframes_[edge.i].spent[match.a] = keyframes_[edge.j].spent[match.b] = 0;
+      keyframes_.write(edge.i).spent[match.a] = keyframes_.write(edge.j).spent[match.b] = 0;
     return true;
   });
   filter_.remove_pose(keyframe);
 
+  Keyframe& old = keyframes_.write(keyframe);
   auto forgotten = std::make_shared<ObservedFrame>();
   forgotten->frame.time_us = old.observed().frame.time_us;
   forgotten->map_sign = old.observed().map_sign;
@@ -55,8 +55,9 @@ void Map::remove_keyframe(int keyframe) {
   old.carrier = carrier;
   old.carrier_from_this = pose(carrier).inverse() * pose(keyframe);
   ++num_removed_;
-  for (Keyframe& other : keyframes_) {
-    if (other.carrier != keyframe) continue;
+  for (int k = 0; k < num_keyframes(); ++k) {
+    if (keyframes_[k].carrier != keyframe) continue;
+    Keyframe& other = keyframes_.write(k);
     other.carrier_from_this = old.carrier_from_this * other.carrier_from_this;
     other.carrier = carrier;
   }
@@ -70,7 +71,8 @@ int Map::newest() const {
 
 void Map::make_metric(double metres_per_unit) {
   filter_.make_metric(metres_per_unit);
-  for (Keyframe& keyframe : keyframes_) keyframe.carrier_from_this.translation *= metres_per_unit;
+  for (int k = 0; k < num_keyframes(); ++k)
+    if (is_removed(k)) keyframes_.write(k).carrier_from_this.translation *= metres_per_unit;
 }
 
 void Map::carry_removed() {
@@ -81,21 +83,23 @@ void Map::carry_removed() {
 }
 
 int Map::add_track(const Sight& sight) {
-  tracks_.emplace_back();
+  tracks_.push_back({});
   const int track = num_tracks() - 1;
   add_sight(track, sight);
   return track;
 }
 
-bool Map::add_sight(int track, const Sight& sight) {
-  Track& t = tracks_.at(track);
-  Keyframe& keyframe = keyframes_.at(sight.keyframe);
-  if (keyframe.track.at(sight.keypoint) != kNoTrack) return false;
-  const auto place = std::lower_bound(t.sights.begin(), t.sights.end(), sight.keyframe,
+bool Map::add_sight(int track, const Sight& seen) {
+  const Sight sight = seen;  // it may be another track's, in a piece that is written to
+  if (keyframes_.at(sight.keyframe).track.at(sight.keypoint) != kNoTrack) return false;
+  const std::vector<Sight>& sights = tracks_.at(track).sights;
+  const auto place = std::lower_bound(sights.begin(), sights.end(), sight.keyframe,
                                       [](const Sight& s, int k) { return s.keyframe < k; });
-  if (place != t.sights.end() && place->keyframe == sight.keyframe) return false;
-  t.sights.insert(place, sight);
-  keyframe.track[sight.keypoint] = track;
+  if (place != sights.end() && place->keyframe == sight.keyframe) return false;
+  const auto at = place - sights.begin();
+  Track& t = tracks_.write(track);
+  t.sights.insert(t.sights.begin() + at, sight);
+  keyframes_.write(sight.keyframe).track[sight.keypoint] = track;
   if (t.is_landmark()) add_measurement(t.landmark, sight);
   return true;
 }
@@ -108,18 +112,20 @@ void Map::add_measurement(int landmark, const Sight& sight) {
 }
 
 void Map::remove_sight(int track, int keyframe) {
-  Track& t = tracks_.at(track);
+  if (track < 0 || track >= num_tracks()) throw std::out_of_range("Map: no such track");
+  Track& t = tracks_.write(track);
   std::erase_if(t.sights, [&](const Sight& s) {
     if (s.keyframe != keyframe) return false;
-    keyframes_[keyframe].track[s.keypoint] = kNoTrack;
+    keyframes_.write(keyframe).track[s.keypoint] = kNoTrack;
     return true;
   });
   if (t.is_landmark()) filter_.remove_measurement(t.landmark, keyframe);
 }
 
 void Map::remove_track(int track) {
-  Track& t = tracks_.at(track);
-  for (const Sight& s : t.sights) keyframes_[s.keyframe].track[s.keypoint] = kNoTrack;
+  if (track < 0 || track >= num_tracks()) throw std::out_of_range("Map: no such track");
+  Track& t = tracks_.write(track);
+  for (const Sight& s : t.sights) keyframes_.write(s.keyframe).track[s.keypoint] = kNoTrack;
   t.sights.clear();
   if (!t.is_landmark()) return;
   filter_.remove_landmark(t.landmark);
@@ -128,8 +134,9 @@ void Map::remove_track(int track) {
 }
 
 void Map::promote(int track, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance) {
-  Track& t = tracks_.at(track);
-  if (t.is_landmark()) throw std::invalid_argument("Map::promote: a landmark already");
+  if (tracks_.at(track).is_landmark())
+    throw std::invalid_argument("Map::promote: a landmark already");
+  Track& t = tracks_.write(track);
   t.landmark = filter_.add_landmark(position, covariance);
   track_of_landmark_.push_back(track);
   ++num_landmarks_;
@@ -137,9 +144,11 @@ void Map::promote(int track, const Eigen::Vector3d& position, const Eigen::Matri
 }
 
 void Map::spend(MapEdge edge) {
+  if (std::min(edge.i, edge.j) < 0 || std::max(edge.i, edge.j) >= num_keyframes())
+    throw std::out_of_range("Map: no such keyframe");
   for (const Match& match : edge.matches) {
-    keyframes_.at(edge.i).spent.at(match.a) = 1;
-    keyframes_.at(edge.j).spent.at(match.b) = 1;
+    keyframes_.write(edge.i).spent.at(match.a) = 1;
+    keyframes_.write(edge.j).spent.at(match.b) = 1;
   }
   edges_.push_back(std::move(edge));
 }

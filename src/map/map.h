@@ -15,6 +15,7 @@
 #include "map/sight_noise.h"
 #include "map_view.h"
 #include "options.h"
+#include "shared_vector.h"
 
 namespace eifmap {
 
@@ -49,6 +50,7 @@ struct MapEdge {
   int i = 0, j = 0;
   std::vector<Match> matches;
 };
+using MapEdges = SharedVector<MapEdge, 8>;
 
 class Map {
  public:
@@ -58,7 +60,6 @@ class Map {
   int num_tracks() const { return static_cast<int>(tracks_.size()); }
   int num_landmarks() const { return num_landmarks_; }
   const Keyframe& keyframe(int k) const { return keyframes_[k]; }
-  Keyframe& keyframe(int k) { return keyframes_[k]; }
   const Track& track(int t) const { return tracks_[t]; }
   const Rigid3& pose(int k) const { return filter_.pose(k); }
   const Eigen::Vector3d& position(int track) const {
@@ -104,7 +105,7 @@ class Map {
 
   // An edge has used these matches: none of them is to be used again.
   void spend(MapEdge edge);
-  const std::vector<MapEdge>& edges() const { return edges_; }
+  const MapEdges& edges() const { return edges_; }
 
   // Its scale, and what is to fix it.
   const MapScale& scale() const { return scale_; }
@@ -134,13 +135,14 @@ class Map {
   void carry_removed();
 
   double radians_per_pixel_;
-  std::vector<Keyframe> keyframes_;
-  std::vector<Track> tracks_;
-  std::vector<MapEdge> edges_;
+  // Copies share what a keyframe does not reach.
+  SharedVector<Keyframe, 1> keyframes_;
+  SharedVector<Track, 64> tracks_;
+  MapEdges edges_;
   InformationFilter filter_;
   SightNoise noise_;
   MapScale scale_;
-  std::vector<int> track_of_landmark_;
+  SharedVector<int, 1024> track_of_landmark_;
   int num_landmarks_ = 0;
   int num_removed_ = 0;  // keyframes
 };

@@ -119,7 +119,7 @@ TEST(InformationFilter, FollowsTheEquationToTheLetterWhenNeverLinearizedAgain) {
   EXPECT_LT(pose_error(mean, world.filter.pose(4)).norm(), 1e-8);
 
   // A new one moves the mean, and no Jacobian that was taken before.
-  const Eigen::Matrix<double, 2, 6> before = world.filter.landmark(0).measurements[0].d_pose;
+  const Eigen::Matrix<double, 2, 6> before = world.filter.landmark(0).measurements[0].d_pose();
   const int landmark = world.filter.add_landmark(world.points[0] + Eigen::Vector3d(0.3, 0, 0),
                                                  Eigen::Matrix3d::Identity());
   for (int p = 0; p < 5; ++p) {
@@ -129,7 +129,7 @@ TEST(InformationFilter, FollowsTheEquationToTheLetterWhenNeverLinearizedAgain) {
   }
   EXPECT_EQ(world.filter.update().iterations, 1);
   EXPECT_GT(pose_error(mean, world.filter.pose(4)).norm(), 1e-5);
-  EXPECT_EQ(before, world.filter.landmark(0).measurements[0].d_pose);
+  EXPECT_EQ(before, world.filter.landmark(0).measurements[0].d_pose());
   EXPECT_LT(pose_right_side(world.filter, world.poses[1].translation).norm(),
             1e-9 * dense_system(world.filter).scale());
 }

@@ -17,8 +17,8 @@ Eigen::MatrixXd whole_information(const InformationFilter& filter) {
   for (int l = 0; l < filter.num_landmarks(); ++l)
     for (const PointMeasurement& m : filter.landmark(l).measurements) {
       Eigen::MatrixXd h = Eigen::MatrixXd::Zero(2, information.cols());
-      h.middleCols<6>(6 * m.pose) = m.d_pose;
-      h.middleCols<3>(n + 3 * l) = to_landmark(m.d_pose);
+      h.middleCols<6>(6 * m.pose) = m.d_pose();
+      h.middleCols<3>(n + 3 * l) = m.frozen.to_landmark;
       add(h);
     }
   for (const FilterEdge& edge : filter.edges()) {

@@ -16,7 +16,7 @@ class World {
   }
 
   void add_landmark() {
-    landmarks_.emplace_back();
+    landmarks_.push_back({});
     const int first = draw(std::max(1, num_poses_ - 3));
     for (int pose = first; pose < std::min(num_poses_, first + 4); ++pose) add_sight(pose);
   }
@@ -24,8 +24,8 @@ class World {
   void add_pose() {
     ++num_poses_;
     for (int i = 0; i < 5; ++i) add_landmark();
-    edges_.emplace_back();
-    FilterEdge& edge = edges_.back();
+    edges_.push_back({});
+    FilterEdge& edge = edges_.write_back();
     edge.i = num_poses_ - 2;
     edge.j = num_poses_ - 1;
     for (RelativePoseLinearization* l : {&edge.frozen, &edge.now}) {
@@ -37,7 +37,7 @@ class World {
 
   // Of a landmark drawn: linearized anew, a sight more, a sight less, or all gone.
   void change() {
-    FilterLandmark& landmark = landmarks_[draw(static_cast<int>(landmarks_.size()))];
+    FilterLandmark& landmark = landmarks_.write(draw(static_cast<int>(landmarks_.size())));
     const int what = draw(10);
     if (what == 0 || (what < 4 && !landmark.measurements.empty())) system_.before_removal(landmark);
     if (what == 0) landmark.measurements.clear();
@@ -57,23 +57,23 @@ class World {
 
   // Blocks that are no longer any landmark's stay, with zeros.
   void expect_as_if_new() const {
-    std::vector<FilterLandmark> landmarks = landmarks_;
-    std::vector<FilterEdge> edges = edges_;
+    FilterLandmarks landmarks = landmarks_;
+    FilterEdges edges = edges_;
     std::vector<FilterAbsolute> absolutes = absolutes_;
     std::vector<int> touched;
-    for (FilterLandmark& landmark : landmarks) {
-      landmark.changed = true;
-      touched.push_back(static_cast<int>(touched.size()));
+    for (std::size_t l = 0; l < landmarks.size(); ++l) {
+      landmarks.write(l).changed = true;
+      touched.push_back(static_cast<int>(l));
     }
-    for (FilterEdge& edge : edges) edge.changed = true;
+    for (std::size_t e = 0; e < edges.size(); ++e) edges.write(e).changed = true;
     for (FilterAbsolute& absolute : absolutes) absolute.changed = true;
     ReducedSystem anew;
     if (earth_after_ > 0) anew.append_earth(earth_after_);
     anew.sum(index(), landmarks, touched, edges, absolutes, Eigen::Vector3d::UnitX());
     ASSERT_EQ(system_.matrix().size(), anew.matrix().size());
     for (int a = 0; a < anew.matrix().size(); ++a) {
-      const BlockColumn& have = system_.matrix().column[a];
-      const BlockColumn& want = anew.matrix().column[a];
+      const BlockColumn& have = system_.matrix().column(a);
+      const BlockColumn& want = anew.matrix().column(a);
       for (std::size_t k = 0; k < have.row.size(); ++k) {
         const int at = want.find(have.row[k]);
         EXPECT_EQ(have.block[k], at < 0 ? PoseBlock::Zero() : want.block[at])
@@ -87,10 +87,11 @@ class World {
   // An edge goes, another comes.
   void change_edges() {
     if (edges_.size() < 2) return;
-    system_.before_removal(edges_.front());
-    edges_.erase(edges_.begin());
-    edges_.back().frozen.d_i.setRandom();
-    edges_.back().changed = true;
+    system_.before_removal(edges_[0]);
+    int n = 0;
+    edges_.erase_if([&n](const FilterEdge&) { return n++ == 0; });
+    edges_.write_back().frozen.d_i.setRandom();
+    edges_.write_back().changed = true;
   }
 
   // Earth comes, and with it a position and the length of a way.
@@ -113,8 +114,10 @@ class World {
   void mark_factored() { system_.mark_factored(); }
   int num_marked() const {
     int marked = 0;
-    for (const BlockColumn& column : system_.matrix().column)
+    for (int a = 0; a < system_.matrix().size(); ++a) {
+      const BlockColumn& column = system_.matrix().column(a);
       marked += static_cast<int>(std::count(column.changed.begin(), column.changed.end(), 1));
+    }
     return marked;
   }
 
@@ -129,8 +132,8 @@ class World {
   }
   int draw(int below) { return std::uniform_int_distribution<int>(0, below - 1)(random_); }
   void linearize(PointMeasurement& m) {
-    m.d_pose.setRandom();
-    m.d_pose_now.setRandom();
+    for (SightRows* rows : {&m.frozen, &m.now}) rows->at.setRandom(), rows->to_landmark.setRandom();
+    m.scale = 1;
     m.residual.setRandom();
     m.linearized = true;
   }
@@ -138,13 +141,13 @@ class World {
     PointMeasurement m;
     m.pose = pose;
     linearize(m);
-    landmarks_.back().measurements.push_back(m);
+    landmarks_.write_back().measurements.push_back(m);
   }
 
   std::mt19937 random_;
   int num_poses_ = 5;
-  std::vector<FilterLandmark> landmarks_;
-  std::vector<FilterEdge> edges_;
+  FilterLandmarks landmarks_;
+  FilterEdges edges_;
   std::vector<FilterAbsolute> absolutes_;
   int earth_after_ = 0;  // poses
   ReducedSystem system_;

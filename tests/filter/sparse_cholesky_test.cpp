@@ -29,15 +29,11 @@ void fill(BlockColumn& column, int a, Random& random) {
 // One pose more, that meets the three before it and, after the first lap, those of the lap before.
 void add_pose(BlockMatrix& matrix, int lap, Random& random) {
   const int a = matrix.size();
-  matrix.column.emplace_back();
-  for (int b = std::max(0, a - 3); b <= a; ++b) matrix.column.back().insert(b);
-  for (int b = a - lap; b >= 0 && b < a - lap + 2; ++b) matrix.column.back().insert(b);
-  fill(matrix.column.back(), a, random);
-}
-
-void unmark(BlockMatrix& matrix) {
-  for (BlockColumn& column : matrix.column)
-    std::fill(column.changed.begin(), column.changed.end(), 0);
+  matrix.append();
+  BlockColumn& column = matrix.write(a);
+  for (int b = std::max(0, a - 3); b <= a; ++b) column.insert(b);
+  for (int b = a - lap; b >= 0 && b < a - lap + 2; ++b) column.insert(b);
+  fill(column, a, random);
 }
 
 // Positive definite.
@@ -50,7 +46,7 @@ BlockMatrix sample(int size, Random& random) {
 Eigen::MatrixXd dense(const BlockMatrix& matrix) {
   Eigen::MatrixXd full = Eigen::MatrixXd::Zero(6 * matrix.size(), 6 * matrix.size());
   for (int a = 0; a < matrix.size(); ++a) {
-    const BlockColumn& column = matrix.column[a];
+    const BlockColumn& column = matrix.column(a);
     for (std::size_t k = 0; k < column.row.size(); ++k) {
       full.block<6, 6>(6 * column.row[k], 6 * a) = column.block[k];
       full.block<6, 6>(6 * a, 6 * column.row[k]) = column.block[k].transpose();
@@ -85,12 +81,14 @@ TEST(SparseCholesky, FollowsAMatrixThatGrowsAndChanges) {
   BlockMatrix matrix;
   int orders = 0, kept = 0;
   for (int step = 0; step < 140; ++step) {
-    unmark(matrix);
+    matrix.clear_changed();
     add_pose(matrix, 70, random);
-    if (step % 3 == 0) fill(matrix.column[step / 2], step / 2, random);
+    if (step % 3 == 0) fill(matrix.write(step / 2), step / 2, random);
     if (step % 10 == 9) {
-      BlockColumn& column = matrix.column[step];
-      column.block[column.insert(step / 3)] = random_block(random);
+      BlockColumn& column = matrix.write(step);
+      const int at = column.insert(step / 3);
+      column.block[at] = random_block(random);
+      column.changed[at] = 1;
     }
     ASSERT_TRUE(cholesky.factor(matrix)) << step;
     orders += cholesky.was_ordered();
@@ -99,12 +97,16 @@ TEST(SparseCholesky, FollowsAMatrixThatGrowsAndChanges) {
 
     // To the bit what factoring all of it gives.
     SparseCholesky whole = cholesky;
-    for (BlockColumn& column : matrix.column)
+    for (int a = 0; a < matrix.size(); ++a) {
+      BlockColumn& column = matrix.write(a);
       std::fill(column.changed.begin(), column.changed.end(), 1);
+    }
     ASSERT_TRUE(whole.factor(matrix));
     EXPECT_EQ(whole.num_factored(), whole.num_nodes());
     const Eigen::MatrixXd b = Eigen::MatrixXd::Random(6 * matrix.size(), 1);
     EXPECT_EQ(cholesky.whiten(b), whole.whiten(b)) << step;
+    const Eigen::VectorXd one = b, x = cholesky.solve_column(one);
+    EXPECT_LT((x - cholesky.solve(b)).norm(), 1e-12 * x.norm()) << step;
   }
   EXPECT_GE(orders, 2);
   EXPECT_GT(kept, 500);
@@ -118,7 +120,7 @@ TEST(SparseCholesky, FactorsOnlyWhatANewPoseReaches) {
   ASSERT_TRUE(cholesky.factor(matrix));
   int most = 0;
   for (int step = 0; step < 300; ++step) {
-    unmark(matrix);
+    matrix.clear_changed();
     add_pose(matrix, 100000, random);
     ASSERT_TRUE(cholesky.factor(matrix));
     if (!cholesky.was_ordered()) most = std::max(most, cholesky.num_factored());
@@ -134,8 +136,8 @@ TEST(SparseCholesky, ACopyGoesItsOwnWay) {
   ASSERT_TRUE(cholesky.factor(matrix));
   SparseCholesky copy = cholesky;
   const BlockMatrix before = matrix;
-  unmark(matrix);
-  fill(matrix.column[10], 10, random);
+  matrix.clear_changed();
+  fill(matrix.write(10), 10, random);
   ASSERT_TRUE(copy.factor(matrix));
   expect_solves(cholesky, before);
   expect_solves(copy, matrix);
@@ -144,11 +146,11 @@ TEST(SparseCholesky, ACopyGoesItsOwnWay) {
 TEST(SparseCholesky, SaysWhenTheMatrixIsNotPositiveDefinite) {
   Random random(2);
   BlockMatrix matrix = sample(5, random);
-  matrix.column[4].block.back() *= -1;
+  matrix.write(4).block.back() *= -1;
   SparseCholesky cholesky;
   EXPECT_FALSE(cholesky.factor(matrix));
   EXPECT_FALSE(cholesky.has_factor());
-  matrix.column[4].block.back() *= -1;
+  matrix.write(4).block.back() *= -1;
   ASSERT_TRUE(cholesky.factor(matrix));
   expect_solves(cholesky, matrix);
 }

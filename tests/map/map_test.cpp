@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <sstream>
+#include <string>
 
 #include "map/keyframe_insertion.h"
 #include "support/map_scene.h"
@@ -55,6 +57,50 @@ TEST(Map, StaysConsistentThroughItsLife) {
   for (int t = 1; t < map.num_tracks(); t += 3)
     if (!map.track(t).sights.empty()) map.remove_sight(t, map.track(t).sights.back().keyframe);
   expect_consistent(map);
+}
+
+// All the map's books.
+std::string books(const Map& map) {
+  std::ostringstream out;
+  for (int t = 0; t < map.num_tracks(); ++t) {
+    out << "\ntrack " << map.track(t).landmark;
+    for (const Sight& s : map.track(t).sights) out << ' ' << s.keyframe << ',' << s.keypoint;
+    if (map.track(t).is_landmark()) out << ' ' << map.position(t).transpose();
+  }
+  for (int k = 0; k < map.num_keyframes(); ++k) {
+    out << "\nkeyframe " << map.keyframe(k).carrier << ' ' << map.pose(k).translation.transpose();
+    for (const int t : map.keyframe(k).track) out << ' ' << t;
+    for (const int spent : map.keyframe(k).spent) out << ' ' << spent;
+  }
+  for (const MapEdge& edge : map.edges()) out << "\nedge " << edge.i << ' ' << edge.j;
+  return out.str();
+}
+
+TEST(Map, NothingThatHappensToACopyChangesTheOther) {
+  const SyntheticStream world;
+  const Map map = [&world] {
+    Map made = scene_with_landmarks(world, 6);
+    made.spend({1, 4, {{5, 9, 0}}});
+    made.update();
+    return made;
+  }();
+  const std::string before = books(map);
+  const auto change = [&](auto&& what) {
+    Map copy = map;
+    EXPECT_EQ(books(copy), before);
+    what(copy);
+    expect_consistent(copy);
+    EXPECT_NE(books(copy), before);
+    EXPECT_EQ(books(map), before);
+    expect_consistent(map);
+  };
+  change([](Map& m) { m.remove_track(3); });
+  change([](Map& m) { m.remove_sight(5, m.track(5).sights.back().keyframe); });
+  change([](Map& m) { m.remove_keyframe(4); });
+  change([](Map& m) { m.spend({0, 2, {{7, 8, 0}}}); });
+  change([](Map& m) { m.make_metric(3); });
+  change([](Map& m) { extend_tracks(m, 2, MapperOptions()); });
+  change([&world](Map& m) { m.add_keyframe(observed_view(world, 9, scene_pose(6)), Rigid3()); });
 }
 
 TEST(Map, RefusesASecondSightInAKeyframeAndASecondTrackOfAKeypoint) {

@@ -27,11 +27,11 @@ inline Dense dense_system(const InformationFilter& filter) {
   for (int l = 0; l < num_landmarks; ++l) {
     for (const PointMeasurement& m : filter.landmark(l).measurements) {
       Eigen::MatrixXd h = Eigen::MatrixXd::Zero(2, size);
-      if (m.pose > 0) h.middleCols<6>(6 * blocks.of(m.pose)) = m.d_pose;
-      h.middleCols<3>(n + 3 * l) = to_landmark(m.d_pose);
+      if (m.pose > 0) h.middleCols<6>(6 * blocks.of(m.pose)) = m.d_pose();
+      h.middleCols<3>(n + 3 * l) = m.frozen.to_landmark;
       dense.information += h.transpose() * h;
-      if (m.pose > 0) h.middleCols<6>(6 * blocks.of(m.pose)) = m.d_pose_now;
-      h.middleCols<3>(n + 3 * l) = to_landmark(m.d_pose_now);
+      if (m.pose > 0) h.middleCols<6>(6 * blocks.of(m.pose)) = m.d_pose_now();
+      h.middleCols<3>(n + 3 * l) = m.now.to_landmark;
       dense.right_side += h.transpose() * m.residual;
     }
   }
