@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Writes src/filter/size.md and size.svg from the figures of eifmap_large_map.
 
-  eifmap_large_map --csv alone.csv
-  eifmap_large_map --csv copies.csv --copies --keyframes 1500
-  plot_size.py alone.csv copies.csv
+  eifmap_large_map --csv copies.csv --copies
+  plot_size.py copies.csv
+or with another run, without --copies, before or after it.
 """
 import csv
 import pathlib
@@ -47,12 +47,16 @@ def chart(x0, title, lines, most):
     return out
 
 
+def has_copies(rows):
+    return any(r["ms_copy"] for r in rows)
+
+
 def svg(runs):
-    names = ["filter alone", "and a copy"]
+    names = ["with a copy" if has_copies(rows) else "filter alone" for rows in runs]
     time, memory = [], []
     for name, colour, rows in zip(names, COLOURS, runs):
         time.append((f"{name}: update", colour, "", [(r["keyframes"], r["ms_median"]) for r in rows]))
-        if any(r["ms_copy"] for r in rows):
+        if has_copies(rows):
             time.append((f"{name}: copying", colour, "5 3", [(r["keyframes"], r["ms_copy"]) for r in rows]))
         memory.append((name, colour, "", [(r["keyframes"], r["peak_rss_mib"]) for r in rows]))
     most = [round_up(max(y for *_, points in lines for _, y in points)) for lines in (time, memory)]
@@ -69,7 +73,7 @@ def table(rows):
     for r in rows:
         if r["keyframes"] % 500 == 0:
             lines.append(f'| {r["keyframes"]:.0f} | {r["landmarks"]:.0f} | {r["observations"]:.0f} '
-                         f'| {r["ms_median"]:.0f} | {r["ms_p99"]:.0f} | {r["ms_copy"]:.0f} '
+                         f'| {r["ms_median"]:.0f} | {r["ms_p99"]:.0f} | {r["ms_copy"]:.1f} '
                          f'| {r["peak_rss_mib"]:.0f} |')
     return "\n".join(lines)
 
@@ -80,13 +84,19 @@ def page(runs):
             "that come and go (`eifmap_large_map`, tests/bench). CPU time on one core, of an update; "
             "memory as the process has it at most, the simulated world (84 MiB of 5,000 keyframes) included. "
             "Made by tests/bench/plot_size.py; not made again by anything else.", "",
-            "![time and memory against keyframes](size.svg)", "", "## The filter alone", "",
-            table(runs[0])]
-    if len(runs) > 1:
-        text += ["", "## With a copy of it for each keyframe", "",
-                 "As the mapper does: frames are tracked on the map as it was, while a keyframe goes "
-                 "into its copy. The copying is what a large map costs most by: each keyframe copies all of "
-                 "it, and more time goes into that than into the update.", "", table(runs[1])]
+            "![time and memory against keyframes](size.svg)"]
+    for rows in runs:
+        if has_copies(rows):
+            text += ["", "## With a copy of it for each keyframe", "",
+                     "As the mapper does: frames are tracked on the map as it was, while a keyframe goes "
+                     "into its copy; here a copy of each moment's filter is held until the next update is done. "
+                     "The two share all that the update does not write to (src/shared_vector.h), so that a copy "
+                     "costs what becomes another in it. Where all of it does, as when a lap closes, memory is for "
+                     "that moment twice that of the filter alone. The rest of a map (keypoints, descriptors) is "
+                     "not in these figures; copies of it share it too."]
+        else:
+            text += ["", "## The filter alone"]
+        text += ["", table(rows)]
     return "\n".join(text) + "\n"
 
 
