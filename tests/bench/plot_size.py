@@ -91,8 +91,8 @@ def page(runs):
                      "As the mapper does: frames are tracked on the map as it was, while a keyframe goes "
                      "into its copy; here a copy of each moment's filter is held until the next update is done. "
                      "The two share all that the update does not write to (src/shared_vector.h), so that a copy "
-                     "costs what becomes another in it. Where all of it does, as when a lap closes, memory is for "
-                     "that moment twice that of the filter alone. The rest of a map (keypoints, descriptors) is "
+                     "costs what becomes another in it. Where all of it does, as when a lap closes, memory may for "
+                     "that moment be twice that of the filter alone (not measured). The rest of a map (keypoints, descriptors) is "
                      "not in these figures; copies of it share it too."]
         else:
             text += ["", "## The filter alone"]
