@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "filter/derived_covariances.h"
 #include "filter/information_filter.h"
 #include "geometry/robust.h"
 #include "geometry/similarity.h"
@@ -182,23 +183,13 @@ void InformationFilter::judge_absolutes() {
 }
 
 bool InformationFilter::scale_sigma(double& sigma) const {
-  if (!is_metric_ || num_poses() < 2) return false;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  if (!is_metric_) return false;
+  std::vector<int> in_use;
   for (int p = 0; p < num_poses(); ++p)
-    if (!is_removed(p)) mean += poses_[p].translation / (num_poses() - num_removed_);
-  double squared = 0;
-  for (int p = 0; p < num_poses(); ++p)
-    if (!is_removed(p)) squared += (poses_[p].translation - mean).squaredNorm();
-  if (!(squared > 0)) return false;
-  std::vector<PoseSensitivity> sensitivities;
-  for (int p = 1; p < num_poses(); ++p) {
-    if (is_removed(p)) continue;
-    sensitivities.push_back({p, PoseBlock::Zero()});
-    sensitivities.back().derivative.row(0).tail<3>() = (poses_[p].translation - mean) / squared;
-  }
-  PoseBlock covariance;
-  if (!propagate(sensitivities, covariance)) return false;
-  sigma = std::sqrt(covariance(0, 0));
+    if (!is_removed(p)) in_use.push_back(p);
+  double variance = 0;
+  if (!log_scale_variance(*this, in_use, variance)) return false;
+  sigma = std::sqrt(variance);
   return std::isfinite(sigma);
 }
 

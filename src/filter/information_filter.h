@@ -107,13 +107,14 @@ class InformationFilter {
   // calibration that is off) is in no keypoint's sigma. By the median, which wrong measurements do
   // not move while most of the latest are right; once found it stays.
   double map_variance() const { return map_variance_; }
+  // What all covariances are multiplied by: that, and what a track's errors ask for.
+  double variance() const { return correlation_.variance_factor() * map_variance_; }
   // What their information is multiplied by. The filter takes the errors of a track's sights for
   // independent and multiplies all covariances by variance() afterwards; absolute measurements are
   // as good as they say, and so count that much more before.
   double absolute_weight() const { return absolute_weight_; }
-  // Of the logarithm of the factor by which a similarity transform that brings the keyframes'
-  // centres to the true ones would scale the map: to first order it is the sum of a_k'dc_k with
-  // a_k = (c_k - c) / sum |c_k - c|^2, c the mean. False while the map is not metric, or unknown.
+  // Of the logarithm of the map's scale as all poses show it (derived_covariances.h). False while
+  // the map is not metric, or unknown.
   bool scale_sigma(double& sigma) const;
 
   // Moves the mean to where it belongs; then drops what does not fit. What stays further than a
@@ -176,7 +177,6 @@ class InformationFilter {
   void judge_absolutes();
   bool has_baseline(const AbsoluteObservation& observation) const;
   bool passes_gate(const FilterAbsolute& absolute, bool again);
-  double variance() const { return correlation_.variance_factor() * map_variance_; }
   void find_earth_again(const AbsoluteObservation& newest);
   bool settle(FilterUpdate& update);
   bool next_step(bool ask_latest, Step& step);
