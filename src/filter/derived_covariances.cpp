@@ -20,6 +20,13 @@ bool relative_covariance(const InformationFilter& filter, int a, int b, PoseBloc
   return filter.propagate({of_a, of_b}, covariance);
 }
 
+bool earth_is_certain(const InformationFilter& filter) {
+  PoseBlock covariance;
+  return filter.has_earth() &&
+         filter.propagate({{kEarthFromMap, PoseBlock::Identity()}}, covariance) &&
+         covariance.topLeftCorner<3, 3>().trace() < kEarthUncertain * kEarthUncertain;
+}
+
 bool covariance_in_earth(const InformationFilter& filter, int pose, PoseBlock& covariance) {
   if (!filter.has_earth()) return false;
   const Rigid3& map_from_camera = filter.pose(pose);

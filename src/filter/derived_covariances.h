@@ -15,6 +15,11 @@ namespace eifmap {
 // is metric the first baseline's length is the unit, and known.
 bool relative_covariance(const InformationFilter& filter, int a, int b, PoseBlock& covariance);
 
+// rad, of all directions together. Less certain than this, earth's orientation may be far from
+// linear, or about a line anything: so it is as long as the positions lie almost on a line.
+inline constexpr double kEarthUncertain = 0.2;
+bool earth_is_certain(const InformationFilter& filter);
+
 // Of earth_from_map * pose: (w in the camera's frame, displacement of the centre in earth).
 bool covariance_in_earth(const InformationFilter& filter, int pose, PoseBlock& covariance);
 
