@@ -167,6 +167,9 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_scale_sigma", o.max_scale_sigma);
   visit("min_positions", o.min_positions);
   visit("max_waiting", o.max_waiting);
+  visit("focal_sigma", o.focal_sigma);
+  visit("centre_sigma_px", o.centre_sigma_px);
+  visit("radial_sigma", o.radial_sigma);
 }
 
 template <OptionsOf<LostOptions> O>

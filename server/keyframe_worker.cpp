@@ -113,7 +113,9 @@ void KeyframeWorker::run() {
     const Clock::time_point begin = Clock::now();
     std::exception_ptr failure;
     try {
+      if (handover_.around_job) handover_.around_job();
       job.run();
+      if (handover_.around_job) handover_.around_job();
     } catch (...) {
       failure = std::current_exception();
     }

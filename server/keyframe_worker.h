@@ -24,6 +24,8 @@ struct Handover {
   When when = When::kAtOnce;
   int frames = 0;                                     // n
   std::function<bool(const FeatureFrame&)> recorded;  // whether one was adopted before this frame
+  // Called in the worker's thread before a job runs and after it: where tests delay it.
+  std::function<void()> around_job = {};
   bool is_beside() const { return when != When::kAtOnce; }
 };
 

@@ -56,6 +56,8 @@ Json measurements_json(const MapperStatistics& statistics) {
   Json json = {{"scale", fixed ? "fixed" : "free"}};
   if (fixed) json["metres_per_unit"] = statistics.scale.metres_per_unit;
   if (fixed && std::isfinite(statistics.scale.sigma)) json["scale_sigma"] = statistics.scale.sigma;
+  if (fixed && std::isfinite(statistics.scale.sigma_newest))
+    json["scale_sigma_newest"] = statistics.scale.sigma_newest;
   for (const auto& [kind, count] : statistics.measurements.kinds)
     json[std::string(name(kind))] = {{"used", count.used}, {"refused", count.refused}};
   json["waiting"] = statistics.measurements_waiting;

@@ -55,8 +55,13 @@ enum class ScaleStatus : std::int8_t { kFree = 0, kFixed = 1 };
 struct ScaleState {
   ScaleStatus status = ScaleStatus::kFree;
   double metres_per_unit = 1;  // kFixed: what the map's lengths were multiplied by when it was
-  // Standard deviation of the scale's logarithm (InformationFilter::scale_sigma); NaN: unknown.
+  // Standard deviations of the scale's logarithm, with what the calibration may be off by
+  // (MeasurementOptions); NaN: unknown.
+  // That of all the map, as all its keyframes together show it.
   double sigma = std::numeric_limits<double>::quiet_NaN();
+  // That at the newest keyframes, as the latest ten show it: what a length that is measured here
+  // and now is off by. It grows with the way from what fixed the scale.
+  double sigma_newest = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace eifmap

@@ -87,6 +87,35 @@ struct LandmarkView {
   Eigen::Matrix3d covariance = unknown_covariance<3>();
 };
 
+// Where a keyframe is, seen from another one.
+struct RelativeView {
+  Rigid3 a_from_b;
+  // Of (b's centre in a's camera frame, rotation vector in b's camera frame); zero of a keyframe to
+  // itself. Where the map's frame is does not matter to it; its unit does: until the scale is fixed
+  // that is the first baseline's length.
+  Eigen::Matrix<double, 6, 6> covariance = unknown_covariance<6>();
+};
+
+// A map in the frame that absolute positions are in, "earth". What earth_from_map may be off by is
+// in the covariances, together with what the map says and not on top of it; all are unknown as long
+// as the positions do not tell how earth is turned, as on a straight way.
+struct EarthView {
+  struct Keyframe {
+    std::int64_t id = 0, time_us = 0;
+    Rigid3 earth_from_camera;
+    // Of (centre in earth, rotation vector in the camera's frame).
+    Eigen::Matrix<double, 6, 6> covariance = unknown_covariance<6>();
+  };
+  struct Landmark {
+    std::int64_t id = 0;
+    Eigen::Vector3d position;  // earth
+    Eigen::Matrix3d covariance = unknown_covariance<3>();
+  };
+  Rigid3 earth_from_map;
+  std::vector<Keyframe> keyframes;
+  std::vector<Landmark> landmarks;
+};
+
 struct ObservationView {
   std::int64_t keyframe = 0, landmark = 0;
   float u = 0, v = 0;  // px, raw

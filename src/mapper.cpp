@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "map/asked_views.h"
 #include "map/audit.h"
 #include "mapper_state.h"
 
@@ -210,6 +211,18 @@ std::vector<MapPoint> Mapper::map_points() const {
 
 std::vector<KeyframeView> Mapper::keyframes() const {
   return state_->live ? keyframe_views(state_->live->map()) : std::vector<KeyframeView>();
+}
+
+std::vector<LandmarkView> Mapper::landmarks() const {
+  return state_->live ? landmark_views(state_->live->map()) : std::vector<LandmarkView>();
+}
+
+std::optional<RelativeView> Mapper::relative_pose(std::int64_t a, std::int64_t b) const {
+  return state_->live ? relative_view(state_->live->map(), a, b) : std::nullopt;
+}
+
+std::optional<EarthView> Mapper::in_earth() const {
+  return state_->live ? earth_view(state_->live->map()) : std::nullopt;
 }
 
 std::vector<std::string> Mapper::audit() const {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -61,6 +62,13 @@ class Mapper {
 
   // The keyframes of the map in use with their covariances of now, by age; none before the start.
   std::vector<KeyframeView> keyframes() const;
+  // Its landmarks with theirs.
+  std::vector<LandmarkView> landmarks() const;
+  // Keyframe b seen from keyframe a, of the map in use, as of now; nothing where one of them is not
+  // in it (never was, or has been removed), or its covariance is not known.
+  std::optional<RelativeView> relative_pose(std::int64_t a, std::int64_t b) const;
+  // Nothing before absolute positions have told where the map is.
+  std::optional<EarthView> in_earth() const;
 
   // Called with a step's name at its start and end, for timing from outside: the mapper itself
   // reads no clock. (name, true) at start, (name, false) at end.

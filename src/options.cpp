@@ -79,6 +79,12 @@ std::string measurement_problem(const MeasurementOptions& o) {
     return say("measurement.max_scale_sigma", o.max_scale_sigma, "above 0, at most 0.2");
   if (o.min_positions < 4) return say("measurement.min_positions", o.min_positions, "4 or more");
   if (o.max_waiting < 1) return say("measurement.max_waiting", o.max_waiting, "1 or more");
+  if (!(o.focal_sigma >= 0 && o.focal_sigma < 0.5))
+    return say("measurement.focal_sigma", o.focal_sigma, "0 or more, below 0.5");
+  if (!(o.centre_sigma_px >= 0 && o.centre_sigma_px < 1000))
+    return say("measurement.centre_sigma_px", o.centre_sigma_px, "0 or more, below 1000");
+  if (!(o.radial_sigma >= 0 && o.radial_sigma < 1))
+    return say("measurement.radial_sigma", o.radial_sigma, "0 or more, below 1");
   return "";
 }
 

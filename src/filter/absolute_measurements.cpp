@@ -1,10 +1,12 @@
 // How absolute measurements enter the filter, and what they say of the map's scale.
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
+#include "filter/derived_covariances.h"
 #include "filter/information_filter.h"
 #include "geometry/robust.h"
 #include "geometry/similarity.h"
@@ -15,14 +17,18 @@ namespace {
 // Chi-square, 1 in 10,000, by degrees of freedom: beyond it a measurement contradicts the map.
 constexpr double kGateOfLength = 15.1, kGateOfPosition = 21.1;
 
-// rad, of the least certain direction. Less certain than this, earth's orientation may be far from
-// linear, or about a line anything.
-constexpr double kEarthUncertain = 0.2;
-
 // A map that was right so far may no longer be: so many innovations are judged together, as if one
 // more had been as large as it should. And the most that a map may be worse than it says.
 constexpr std::size_t kLatest = 8;
 constexpr double kLargestVariance = 400;
+
+// Of n innovations as large as they should be, this many or more are beyond what 1 in 10 is beyond
+// in 2 of 1,000 cases at most. So the map contradicts them. Their median alone would not do: where
+// measurements are noisier than the map, it asks for any variance, now a large one and now a small
+// one, and of those the largest stayed.
+constexpr std::array<int, kLatest + 1> kContradicting = {9, 9, 9, 3, 4, 4, 4, 5, 5};
+// Chi-square of lengths (1) and positions (3): the median, and beyond what 1 in 10 is.
+constexpr double kMedianOf1 = 0.455, kMedianOf3 = 2.366, kTenthOf1 = 2.706, kTenthOf3 = 6.251;
 
 struct Innovation {
   Eigen::VectorXd value;
@@ -31,13 +37,12 @@ struct Innovation {
   double squared(double variance) const {  // sigmas
     return value.dot((variance * of_map + of_measurement).ldlt().solve(value));
   }
-  // The variance of the map with which this innovation is of median size, within bounds.
-  double variance_asked_for() const {
-    const double median = value.size() == 1 ? 0.455 : 2.366;  // of chi-square
+  // The variance of the map with which this innovation is so large, within bounds.
+  double variance_asked_for(double chi_square) const {
     double low = std::log(0.01), high = std::log(1e4);
     for (int k = 0; k < 40; ++k) {
       const double middle = 0.5 * (low + high);
-      (squared(std::exp(middle)) > median ? low : high) = middle;
+      (squared(std::exp(middle)) > chi_square ? low : high) = middle;
     }
     return std::exp(low);
   }
@@ -131,25 +136,30 @@ bool InformationFilter::passes_gate(const FilterAbsolute& absolute, bool again) 
   const int n = observation.rows();
   const Innovation innovation{rows.residual.head(n), of_map.topLeftCorner(n, n) / map_variance_,
                               observation.covariance.topLeftCorner(n, n)};
-  if (!again) {
-    variances_asked_for_.push_back(innovation.variance_asked_for());
-    if (variances_asked_for_.size() > kLatest)
-      variances_asked_for_.erase(variances_asked_for_.begin());
-    std::vector<double> latest = variances_asked_for_;
-    latest.push_back(1);
-    map_variance_ = std::max(map_variance_, std::min(take_median(latest), kLargestVariance));
-  }
+  if (!again)
+    judge_map_variance({innovation.variance_asked_for(n == 1 ? kMedianOf1 : kMedianOf3),
+                        innovation.variance_asked_for(n == 1 ? kTenthOf1 : kTenthOf3)});
   return innovation.squared(map_variance_) <= (n == 1 ? kGateOfLength : kGateOfPosition);
+}
+
+void InformationFilter::judge_map_variance(const VarianceAskedFor& newest) {
+  variances_asked_for_.push_back(newest);
+  if (variances_asked_for_.size() > kLatest)
+    variances_asked_for_.erase(variances_asked_for_.begin());
+  const auto beyond =
+      std::count_if(variances_asked_for_.begin(), variances_asked_for_.end(),
+                    [this](const VarianceAskedFor& v) { return v.by_tenth > map_variance_; });
+  if (beyond < kContradicting[variances_asked_for_.size()]) return;
+  std::vector<double> latest{1};
+  for (const VarianceAskedFor& v : variances_asked_for_) latest.push_back(v.by_median);
+  map_variance_ = std::max(map_variance_, std::min(take_median(latest), kLargestVariance));
 }
 
 // As long as the positions lie almost on a line, how earth is turned about it is by chance, and the
 // first one beside it may turn it by more than a derivative can tell: the best fit of all positions
 // and the newest is where the filter goes on from, if it is a better one.
 void InformationFilter::find_earth_again(const AbsoluteObservation& newest) {
-  PoseBlock covariance;
-  if (!knows(kEarthFromMap) || !propagate({{kEarthFromMap, PoseBlock::Identity()}}, covariance) ||
-      covariance.topLeftCorner<3, 3>().trace() < kEarthUncertain * kEarthUncertain)
-    return;
+  if (!knows(kEarthFromMap) || earth_is_certain(*this)) return;
   std::vector<const AbsoluteObservation*> all;
   for (const FilterAbsolute& absolute : absolutes_)
     if (absolute.observation.kind == AbsoluteObservation::Kind::kPosition)
@@ -183,23 +193,13 @@ void InformationFilter::judge_absolutes() {
 }
 
 bool InformationFilter::scale_sigma(double& sigma) const {
-  if (!is_metric_ || num_poses() < 2) return false;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  if (!is_metric_) return false;
+  std::vector<int> in_use;
   for (int p = 0; p < num_poses(); ++p)
-    if (!is_removed(p)) mean += poses_[p].translation / (num_poses() - num_removed_);
-  double squared = 0;
-  for (int p = 0; p < num_poses(); ++p)
-    if (!is_removed(p)) squared += (poses_[p].translation - mean).squaredNorm();
-  if (!(squared > 0)) return false;
-  std::vector<PoseSensitivity> sensitivities;
-  for (int p = 1; p < num_poses(); ++p) {
-    if (is_removed(p)) continue;
-    sensitivities.push_back({p, PoseBlock::Zero()});
-    sensitivities.back().derivative.row(0).tail<3>() = (poses_[p].translation - mean) / squared;
-  }
-  PoseBlock covariance;
-  if (!propagate(sensitivities, covariance)) return false;
-  sigma = std::sqrt(covariance(0, 0));
+    if (!is_removed(p)) in_use.push_back(p);
+  double variance = 0;
+  if (!log_scale_variance(*this, in_use, variance)) return false;
+  sigma = std::sqrt(variance);
   return std::isfinite(sigma);
 }
 

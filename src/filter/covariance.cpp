@@ -112,4 +112,11 @@ bool InformationFilter::propagate(const std::vector<PoseSensitivity>& sensitivit
   return covariance.allFinite();
 }
 
+bool InformationFilter::steps_of(const Eigen::MatrixXd& right_sides, Eigen::MatrixXd& steps) const {
+  if (!cholesky_.has_factor() || right_sides.rows() != system_.matrix().size() * kPoseDof)
+    return false;
+  steps = cholesky_.solve(right_sides);
+  return steps.allFinite();
+}
+
 }  // namespace eifmap

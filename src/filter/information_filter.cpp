@@ -110,7 +110,7 @@ void InformationFilter::scale_sigmas(double factor) {
   // What the map's covariances were multiplied by is, as far as that goes, in the sigmas now.
   const double squared = factor * factor;
   map_variance_ = std::max(1.0, map_variance_ / squared);
-  for (double& variance : variances_asked_for_) variance /= squared;
+  for (VarianceAskedFor& v : variances_asked_for_) v.by_median /= squared, v.by_tenth /= squared;
   linearize_all_anew();
 }
 

@@ -104,16 +104,18 @@ class InformationFilter {
   const std::vector<FilterAbsolute>& absolutes() const { return absolutes_; }
   // What the map's covariances must be multiplied by for the innovations of absolute measurements
   // to be as large as they should: 1 while they are right, more where what disturbs the images (a
-  // calibration that is off) is in no keypoint's sigma. By the median, which wrong measurements do
-  // not move while most of the latest are right; once found it stays.
+  // calibration that is off) is in no keypoint's sigma. Where most of the latest contradict what it
+  // is, by their median, which wrong measurements do not move while most are right; once found it
+  // stays.
   double map_variance() const { return map_variance_; }
+  // What all covariances are multiplied by: that, and what a track's errors ask for.
+  double variance() const { return correlation_.variance_factor() * map_variance_; }
   // What their information is multiplied by. The filter takes the errors of a track's sights for
   // independent and multiplies all covariances by variance() afterwards; absolute measurements are
   // as good as they say, and so count that much more before.
   double absolute_weight() const { return absolute_weight_; }
-  // Of the logarithm of the factor by which a similarity transform that brings the keyframes'
-  // centres to the true ones would scale the map: to first order it is the sum of a_k'dc_k with
-  // a_k = (c_k - c) / sum |c_k - c|^2, c the mean. False while the map is not metric, or unknown.
+  // Of the logarithm of the map's scale as all poses show it (derived_covariances.h). False while
+  // the map is not metric, or unknown.
   bool scale_sigma(double& sigma) const;
 
   // Moves the mean to where it belongs; then drops what does not fit. What stays further than a
@@ -154,6 +156,9 @@ class InformationFilter {
   bool landmark_covariance(int landmark, Eigen::Matrix3d& covariance) const;
   // Of a sum of linear functions of poses.
   bool propagate(const std::vector<PoseSensitivity>& sensitivities, PoseBlock& covariance) const;
+  // How the poses' mean would move (w, dc; by block, one after the other) for these right-hand sides
+  // of the reduced system, one a column.
+  bool steps_of(const Eigen::MatrixXd& right_sides, Eigen::MatrixXd& steps) const;
   // Of several poses and landmarks at once, which is faster than one by one. `poses`, `landmarks`:
   // handles without repetition.
   bool covariances(const std::vector<int>& poses, const std::vector<int>& landmarks,
@@ -175,8 +180,13 @@ class InformationFilter {
   void judge_edges();
   void judge_absolutes();
   bool has_baseline(const AbsoluteObservation& observation) const;
+  // By one innovation: the map's variance with which it is of median size, and with which only one
+  // in ten is larger.
+  struct VarianceAskedFor {
+    double by_median = 1, by_tenth = 1;
+  };
+  void judge_map_variance(const VarianceAskedFor& newest);
   bool passes_gate(const FilterAbsolute& absolute, bool again);
-  double variance() const { return correlation_.variance_factor() * map_variance_; }
   void find_earth_again(const AbsoluteObservation& newest);
   bool settle(FilterUpdate& update);
   bool next_step(bool ask_latest, Step& step);
@@ -209,7 +219,7 @@ class InformationFilter {
   Rigid3 earth_from_map_, earth_before_;  // with has_earth(); before the update
   bool is_metric_ = false;
   double absolute_weight_ = 1, map_variance_ = 1;
-  std::vector<double> variances_asked_for_;  // by an innovation each
+  std::vector<VarianceAskedFor> variances_asked_for_;  // the latest
   PoseIndex index_;
   // Landmarks with another measurement, place or residual than when they were last linearized and
   // summed; and since the last update that succeeded. No other sights need be looked at.

@@ -62,6 +62,14 @@ std::vector<KeyframeView> keyframe_views(const Map& map) {
   return std::move(all.keyframes);
 }
 
+std::vector<LandmarkView> landmark_views(const Map& map) {
+  MapUpdate all;
+  for (int t = 0; t < map.num_tracks(); ++t)
+    if (map.track(t).is_landmark()) all.landmarks.push_back(landmark_view(map, t));
+  add_covariances(map, all);
+  return std::move(all.landmarks);
+}
+
 void MapNews::compare_keyframes(const Map& map, MapUpdate& update) {
   for (int k = 0; k < map.num_keyframes(); ++k) {
     const bool fresh = k >= static_cast<int>(sent_poses_.size());

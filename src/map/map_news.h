@@ -10,8 +10,9 @@
 
 namespace eifmap {
 
-// All keyframes as they are now, with their covariances where they are known.
+// All keyframes, or landmarks, as they are now, with their covariances where they are known.
 std::vector<KeyframeView> keyframe_views(const Map& map);
+std::vector<LandmarkView> landmark_views(const Map& map);
 
 // Remembers what was last sent and compares: a keyframe is sent again when it moved by more than a
 // small part of the scene's depth, a landmark when it moved in its anchor's frame. What is sent

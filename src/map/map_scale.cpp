@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "filter/calibration_share.h"
+#include "filter/derived_covariances.h"
 #include "geometry/robust.h"
 #include "geometry/similarity.h"
 #include "map/map.h"
@@ -218,6 +220,31 @@ void enter_positions(Map& map, const Alignment& alignment) {
   std::erase_if(map.scale().waiting, is_position);
 }
 
+// NaN where the filter cannot tell.
+double log_scale_sigma(const Map& map, const std::vector<int>& poses,
+                       const CalibrationShare& calibration) {
+  double of_errors = 0, of_calibration = 0;
+  if (!log_scale_variance(map.filter(), poses, of_errors) ||
+      !calibration.variance(poses, of_calibration))
+    return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt(of_errors + of_calibration);
+}
+
+void set_sigmas(Map& map, const MeasurementOptions& options) {
+  constexpr std::size_t kLatest = 10;
+  std::vector<int> all, latest;
+  for (int k = map.num_keyframes() - 1; k >= 0; --k) {
+    if (map.is_removed(k)) continue;
+    all.push_back(k);
+    if (latest.size() < kLatest) latest.push_back(k);
+  }
+  const CalibrationShare calibration(
+      map.filter(), {options.focal_sigma, options.centre_sigma_px * map.radians_per_pixel(),
+                     options.radial_sigma});
+  map.scale().state.sigma = log_scale_sigma(map, all, calibration);
+  map.scale().state.sigma_newest = log_scale_sigma(map, latest, calibration);
+}
+
 }  // namespace
 
 void add_measurements(Map& map, std::vector<PlacedMeasurement> measurements,
@@ -248,8 +275,7 @@ Reason fix_scale(Map& map, const MeasurementOptions& options) {
       enter_positions(map, *alignment);
       if (const Reason reason = map.update().reason; reason != Reason::kNone) return reason;
     }
-  if (is_metric() && !map.filter().scale_sigma(map.scale().state.sigma))
-    map.scale().state.sigma = std::numeric_limits<double>::quiet_NaN();
+  if (is_metric()) set_sigmas(map, options);
   return Reason::kNone;
 }
 

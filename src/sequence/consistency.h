@@ -24,7 +24,11 @@ class TruthInMap {
              const Eigen::Vector3d& second_centre);
 
   Rigid3 operator()(const Rigid3& world_from_camera) const;  // map_from_camera
-  double scale() const { return scale_; }                    // map units per unit of the truth
+  // The same of a map that is in the truth's unit.
+  Rigid3 in_metres(const Rigid3& world_from_camera) const {
+    return first_from_world_ * world_from_camera;
+  }
+  double scale() const { return scale_; }  // map units per unit of the truth
 
  private:
   Rigid3 first_from_world_;

@@ -7,20 +7,53 @@
 #include "options.h"
 #include "server/jitter.h"
 #include "simulation/feature_world.h"
+#include "support/random.h"
 
 namespace eifmap::test {
 namespace {
 
 class FeatureSource : public FrameSource {
  public:
-  FeatureSource(const SourceOptions& options, int seed) : world_(world_options(options, seed)) {}
+  FeatureSource(const SourceOptions& options, int seed)
+      : world_(world_options(options, seed)), camera_(world_.camera()) {
+    if (options.calibration_off == 0) return;
+    const MeasurementOptions sigmas;
+    Random random(static_cast<std::uint64_t>(seed) * 31 + 7);
+    const auto draw = [&](double sigma) {
+      return options.calibration_off * sigma * random.normal();
+    };
+    const double focal = 1 + draw(sigmas.focal_sigma);
+    camera_.fx *= focal;
+    camera_.fy *= focal;
+    camera_.cx += draw(sigmas.centre_sigma_px);
+    camera_.cy += draw(sigmas.centre_sigma_px);
+    camera_.distortion[0] += draw(sigmas.radial_sigma);
+  }
   int size() const override { return world_.num_frames(); }
-  const Camera& camera() const override { return world_.camera(); }
+  const Camera& camera() const override { return camera_; }
   std::int64_t time_us(int i) const override { return world_.time_us(i); }
   std::optional<Rigid3> world_from_camera(int i) const override {
     return world_.world_from_camera(i);
   }
-  FeatureFrame frame(int i) const override { return world_.frame(i).frame; }
+  FeatureFrame frame(int i) const override {
+    FeatureFrame frame = world_.frame(i).frame;
+    frame.calibration_id = camera_.id();
+    return frame;
+  }
+  std::optional<int> point_at(std::int64_t time_us, float u, float v) const override {
+    if (time_us != time_of_seen_us_) {
+      int i = 0;
+      while (world_.time_us(i) != time_us) ++i;
+      seen_ = world_.frame(i);
+      time_of_seen_us_ = time_us;
+    }
+    for (std::size_t k = 0; k < seen_.point.size(); ++k)
+      if (seen_.frame.keypoints[k].u == u && seen_.frame.keypoints[k].v == v) return seen_.point[k];
+    return std::nullopt;
+  }
+  std::optional<Eigen::Vector3d> point(int which) const override {
+    return world_.points().at(static_cast<std::size_t>(which));
+  }
 
  private:
   static FeatureWorldOptions world_options(const SourceOptions& options, int seed) {
@@ -37,6 +70,9 @@ class FeatureSource : public FrameSource {
   }
 
   FeatureWorld world_;
+  Camera camera_;                   // as the mapper is told
+  mutable SimulatedFeatures seen_;  // the frame that was asked about last
+  mutable std::int64_t time_of_seen_us_ = -1;
 };
 
 // The features of images, extracted in order, each once: what extracts may follow the camera.

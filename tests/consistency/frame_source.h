@@ -2,6 +2,7 @@
 // recorded folder.
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -23,6 +24,10 @@ class FrameSource {
   virtual const Camera& camera() const = 0;
   virtual std::int64_t time_us(int i) const = 0;
   virtual std::optional<Rigid3> world_from_camera(int i) const = 0;
+  // Which point a keypoint at (u, v) px is a picture of, and where that is (world); nothing where
+  // nobody knows.
+  virtual std::optional<int> point_at(std::int64_t, float, float) const { return std::nullopt; }
+  virtual std::optional<Eigen::Vector3d> point(int) const { return std::nullopt; }
   // In order, each once. Throws std::runtime_error when it cannot be read.
   virtual FeatureFrame frame(int i) const = 0;
 };
@@ -34,7 +39,10 @@ struct SourceOptions {
   double wrong_share = 0.05;       // of the feature-level worlds' keypoints
   double noise_px = 0.5;           // of the feature-level worlds' keypoints
   double noise_ratio = 1;          // the same: noise over what the keypoints claim
-  double drift_px = 0;             // the same: with the viewing direction
+  // The same: what the calibration that the mapper is told is off by, in the sigmas that
+  // MeasurementOptions has by default.
+  double calibration_off = 0;
+  double drift_px = 0;  // the same: with the viewing direction
   // Rendered images are kept here as files and read the next time; empty: always rendered. To be
   // emptied by hand when the simulation changes.
   std::filesystem::path cache;

@@ -32,13 +32,29 @@ struct JudgedRun {
   // gauge holds: keyframe 0 is the origin by definition, and keyframe 1 is not free to move along
   // the first baseline.
   std::vector<JudgedPose> published, keyframes;
+  // Normalized errors squared of the map at the end: of its landmarks; of its keyframes to those
+  // some before them; of both where earth is.
+  std::vector<double> landmarks, relative, earth_keyframes, earth_landmarks;
+  // Of the scale's logarithm, since it is fixed: at the newest keyframes, keyframe by keyframe as
+  // published; of all the map at the end.
+  struct ScaleError {
+    std::int64_t time_us = 0;
+    double error = 0, sigma = 0;
+    double in_sigmas() const { return error / sigma; }
+  };
+  std::vector<ScaleError> scale_newest;
+  std::optional<ScaleError> scale_of_all;
   std::vector<FrameResult> results;  // of all frames
   std::vector<TimedPose> final_trajectory;
   double scale = 0;         // map units per unit of the truth, of the last map
   double mapper_cpu_s = 0;  // of this thread, in the mapper
 };
 
-JudgedRun judge_run(const FrameSource& source, const MapperOptions& options, int every = 1);
+// `measurements`: given each before the first frame that is not before it, of a world that lies in
+// theirs as `earth_from_world` says.
+JudgedRun judge_run(const FrameSource& source, const MapperOptions& options, int every = 1,
+                    const std::vector<AbsoluteMeasurement>& measurements = {},
+                    const Rigid3& earth_from_world = {});
 
 // Mean NEES of poses; nothing when there are none.
 std::optional<double> mean_nees(const std::vector<JudgedPose>& poses);

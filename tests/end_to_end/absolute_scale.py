@@ -115,6 +115,8 @@ def distance(options, folder, truth, output):
         broken.append(f"the straight of {length:.2f} m is {got:.2f} m long")
     if not report["scale_sigma"] >= 0.9 * DISTANCE_SIGMA:
         broken.append(f"surer of the scale, {report['scale_sigma']}, than the distance allows")
+    if not report["scale_sigma_newest"] >= 2 * DISTANCE_SIGMA:
+        broken.append(f"as sure of the scale at the end, {report['scale_sigma_newest']}, as where it was measured")
     return broken
 
 

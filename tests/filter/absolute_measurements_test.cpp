@@ -402,5 +402,31 @@ TEST(AbsoluteScale, IsAsUncertainAsTheFilterSays) {
   EXPECT_LT(nees, 1.388);
 }
 
+// Where measurements are noisier than the map, a single one asks for any variance of it.
+TEST(AbsoluteVariance, NoisyPositionsDoNotMakeARightMapBelievedLess) {
+  constexpr int kWorlds = 12, kFirst = 4;
+  constexpr double kSigma = 0.3;
+  int raised = 0;
+  for (std::uint64_t seed = 1; seed <= kWorlds; ++seed) {
+    FilterWorld world = make_filter_world({.num_poses = 30, .num_points = 150, .seed = seed});
+    Random random(seed + 100);
+    InformationFilter& filter = world.filter;
+    filter.update();
+    filter.make_metric(1);
+    filter.set_earth_from_map({});
+    for (int p = 0; p < filter.num_poses(); ++p) {
+      const Eigen::Vector3d position =
+          world.poses[p].translation + kSigma * random.normal_vector<3>();
+      filter.add_absolute(AbsoluteObservation::position({p}, position, isotropic(kSigma)),
+                          p >= kFirst);
+      if (p >= kFirst - 1) {
+        ASSERT_EQ(filter.update().reason, Reason::kNone);
+      }
+    }
+    raised += filter.map_variance() > 1.2 ? 1 : 0;
+  }
+  EXPECT_LE(raised, 1);
+}
+
 }  // namespace
 }  // namespace eifmap::test

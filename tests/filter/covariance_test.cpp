@@ -24,7 +24,7 @@ class Covariance : public testing::Test {
   }
 
   static void expect_near(const Eigen::MatrixXd& value, const Eigen::MatrixXd& expected) {
-    EXPECT_LT((value - expected).norm(), 1e-3 * expected.norm());
+    EXPECT_LT((value - expected).norm(), 1e-8 * expected.norm());
   }
 
   FilterWorld world_;

@@ -70,16 +70,26 @@ inline Eigen::VectorXd pose_right_side(const InformationFilter& filter,
 }
 
 // The inverse of the whole matrix with the scale held unless the map is metric, times what the
-// filter allows for correlated errors: all covariances at once.
+// filter allows for correlated errors: all covariances at once. Every landmark must be seen.
 inline Eigen::MatrixXd dense_covariance(const InformationFilter& filter,
                                         const Eigen::Vector3d& gauge_direction) {
-  Dense dense = dense_system(filter);
-  const Eigen::Vector3d u = gauge_direction.normalized();
-  const double firm = filter.is_metric() ? 0 : 1e6 * dense.information.block<3, 3>(3, 3).trace();
-  dense.information.block<3, 3>(3, 3) += firm * u * u.transpose();
-  const auto size = dense.information.rows();
+  using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  Exact information = dense_system(filter).information.cast<long double>();
+  if (!filter.is_metric()) {
+    // As firmly as the filter does: of what is left of the second pose's block without landmarks.
+    const Eigen::Index n = 6 * filter.blocks().count(filter.num_poses());
+    const Eigen::Index points = information.rows() - n;
+    const Exact across = information.bottomRows(points).middleCols(3, 3);
+    const Exact left =
+        information.block(3, 3, 3, 3) -
+        across.transpose() * information.bottomRightCorner(points, points).ldlt().solve(across);
+    const Eigen::Vector3d u = gauge_direction.normalized();
+    information.block(3, 3, 3, 3) +=
+        1e6L * left.trace() * (u * u.transpose()).cast<long double>().eval();
+  }
+  const auto size = information.rows();
   return filter.correlation().variance_factor() *
-         dense.information.ldlt().solve(Eigen::MatrixXd::Identity(size, size)).eval();
+         information.ldlt().solve(Exact::Identity(size, size)).cast<double>().eval();
 }
 
 }  // namespace eifmap::test

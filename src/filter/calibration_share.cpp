@@ -1,0 +1,76 @@
+#include "filter/calibration_share.h"
+
+#include <algorithm>
+
+namespace eifmap {
+namespace {
+
+constexpr int kParts = 4;
+using OfSight = Eigen::Matrix<double, 2, kParts>;
+using OfPose = Eigen::Matrix<double, kPoseDof, kParts>;
+using OfLandmark = Eigen::Matrix<double, 3, kParts>;
+
+// By how much one sigma of each part moves a keypoint's normalized coordinates.
+OfSight moved_by(const Eigen::Vector2d& x, const CalibrationSigmas& sigmas) {
+  constexpr double kWide =
+      1;  // beyond 45 degrees as there: what is true of r^3 there is not further
+  OfSight by;
+  by.col(0) = -sigmas.focal * x;
+  by.col(1) = Eigen::Vector2d(-sigmas.centre, 0);
+  by.col(2) = Eigen::Vector2d(0, -sigmas.centre);
+  by.col(3) = -sigmas.radial * std::min(x.squaredNorm(), kWide) * x;
+  return by;
+}
+
+// The reduced system's right-hand side for sights moved so.
+Eigen::MatrixXd right_sides(const InformationFilter& filter, const CalibrationSigmas& sigmas) {
+  const PoseBlocks& blocks = filter.blocks();
+  Eigen::MatrixXd sides =
+      Eigen::MatrixXd::Zero(blocks.count(filter.num_poses()) * kPoseDof, kParts);
+  std::vector<OfSight> moved;
+  for (int l = 0; l < filter.num_landmarks(); ++l) {
+    const FilterLandmark& landmark = filter.landmark(l);
+    moved.clear();
+    OfLandmark of_landmark = OfLandmark::Zero();
+    for (const PointMeasurement& m : landmark.measurements) {
+      moved.push_back(m.root / m.sigma * moved_by(m.x, sigmas));
+      of_landmark.noalias() += to_landmark(m.d_pose).transpose() * moved.back();
+    }
+    const OfLandmark step = landmark.covariance * of_landmark;
+    for (std::size_t k = 0; k < landmark.measurements.size(); ++k) {
+      const PointMeasurement& m = landmark.measurements[k];
+      if (m.pose == 0) continue;
+      const OfSight left = moved[k] - to_landmark(m.d_pose) * step;
+      sides.middleRows<kPoseDof>(blocks.of(m.pose) * kPoseDof).noalias() +=
+          m.d_pose.transpose() * left;
+    }
+  }
+  return sides;
+}
+
+}  // namespace
+
+CalibrationShare::CalibrationShare(const InformationFilter& filter, const CalibrationSigmas& sigmas)
+    : filter_(filter) {
+  known_ = filter.steps_of(right_sides(filter, sigmas), steps_);
+}
+
+bool CalibrationShare::variance(const std::vector<int>& poses, double& variance) const {
+  if (!known_ || poses.size() < 2) return false;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const int p : poses) mean += filter_.pose(p).translation / static_cast<double>(poses.size());
+  double squared = 0;
+  Eigen::RowVectorXd along = Eigen::RowVectorXd::Zero(kParts);
+  for (const int p : poses) {
+    const Eigen::Vector3d from_mean = filter_.pose(p).translation - mean;
+    squared += from_mean.squaredNorm();
+    if (p != 0)
+      along += from_mean.transpose() *
+               steps_.middleRows<3>(filter_.blocks().of(p) * kPoseDof + kPoseDof - 3);
+  }
+  if (!(squared > 0)) return false;
+  variance = (along / squared).squaredNorm();
+  return true;
+}
+
+}  // namespace eifmap
