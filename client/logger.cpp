@@ -6,6 +6,7 @@
 #include "convert/channel.h"
 #include "names.h"
 #include "sequence/decisions_file.h"
+#include "sequence/measurements_file.h"
 #include "sequence/ply.h"
 #include "sequence/tum.h"
 
@@ -97,8 +98,9 @@ Logger::Opened Logger::open(const std::filesystem::path& folder, const std::stri
             folder.string() + ": cannot be made (" + error.message() + "); give another folder"};
   Opened opened;
   opened.logger.reset(new Logger(folder, camera, bus));
-  for (const std::ofstream* file : {&opened.logger->trajectory_, &opened.logger->poses_,
-                                    &opened.logger->statuses_, &opened.logger->decisions_})
+  for (const std::ofstream* file :
+       {&opened.logger->trajectory_, &opened.logger->poses_, &opened.logger->statuses_,
+        &opened.logger->decisions_, &opened.logger->measurements_})
     if (!*file)
       return {nullptr, folder.string() + ": files in it cannot be written; give another folder"};
   return opened;
@@ -111,7 +113,8 @@ Logger::Logger(const std::filesystem::path& folder, const std::string& camera, B
       trajectory_(folder / "trajectory.tum"),
       poses_(folder / "poses.jsonl"),
       statuses_(folder / "status.jsonl"),
-      decisions_(folder / "decisions.jsonl") {
+      decisions_(folder / "decisions.jsonl"),
+      measurements_(folder / "measurements.jsonl") {
   const auto subscribe = [&](std::string_view of, ChannelKind kind,
                              void (Logger::*handler)(const std::string&, Bytes)) {
     bus.subscribe(channel_pattern(of, kind), kQueue,
@@ -123,6 +126,7 @@ Logger::Logger(const std::filesystem::path& folder, const std::string& camera, B
   subscribe(camera, ChannelKind::kStatus, &Logger::receive_status);
   subscribe(camera, ChannelKind::kMap, &Logger::receive_map);
   subscribe(camera, ChannelKind::kDecision, &Logger::receive_decision);
+  subscribe(camera, ChannelKind::kMeasurement, &Logger::receive_measurement);
   if (!camera.empty() && camera != kNoCamera)
     subscribe(kNoCamera, ChannelKind::kStatus, &Logger::receive_status);
 }
@@ -140,6 +144,7 @@ bool Logger::is_mine(const std::string& channel) {
 // Poses and map parts tell which server maps the camera, also when it was started anew.
 void Logger::take(const Origin& origin) {
   if (camera_.empty()) camera_ = origin.camera;
+  for (const NamedMeasurement& measurement : std::exchange(early_, {})) write(measurement);
   server_epoch_ = std::max(server_epoch_.value_or(origin.server_epoch), origin.server_epoch);
   last_message_ = Clock::now();
 }
@@ -191,6 +196,23 @@ void Logger::receive_decision(const std::string&, Bytes bytes) {
   decisions_ << line_of(decided, origin.server_epoch) << '\n' << std::flush;
 }
 
+void Logger::receive_measurement(const std::string&, Bytes bytes) {
+  constexpr std::size_t kMostEarly = 10'000;
+  const auto measurement = decode_measurement(bytes);
+  if (!measurement.ok())
+    ++counts_.malformed;
+  else if (!camera_.empty())
+    write(measurement.value);
+  else if (early_.size() < kMostEarly)
+    early_.push_back(measurement.value);
+}
+
+void Logger::write(const NamedMeasurement& named) {
+  if (named.camera != camera_ || !measured_.insert(named.measurement.id).second) return;
+  ++counts_.measurements;
+  measurements_ << eifmap::line_of(named.measurement) << '\n' << std::flush;
+}
+
 void Logger::receive_map(const std::string&, Bytes bytes) {
   const auto part = decode_map_part(bytes);
   if (!part.ok()) {
@@ -204,7 +226,7 @@ void Logger::receive_map(const std::string&, Bytes bytes) {
 
 std::string Logger::finish() {
   map_.finish();
-  for (std::ofstream* file : {&trajectory_, &poses_, &statuses_, &decisions_})
+  for (std::ofstream* file : {&trajectory_, &poses_, &statuses_, &decisions_, &measurements_})
     if (!file->flush()) return folder_.string() + ": could not be written to the end; is it full?";
   return write_ply(folder_ / "map.ply", map_.map().points());
 }

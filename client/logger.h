@@ -1,6 +1,6 @@
 // Writes what a server publishes into a folder: trajectory.tum (the tracked poses, the same text as
 // the server's own), poses.jsonl and status.jsonl (everything, a line a message), decisions.jsonl
-// (for a replay), and in the end map.ply from the map's updates.
+// and measurements.jsonl (for a replay), and in the end map.ply from the map's updates.
 #pragma once
 
 #include <chrono>
@@ -9,11 +9,14 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "bus/bus.h"
 #include "convert/decision_message.h"
 #include "convert/map_assembler.h"
+#include "convert/measurement_message.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
 
@@ -34,7 +37,8 @@ class Logger {
   Logger& operator=(const Logger&) = delete;
 
   struct Counts {
-    std::int64_t poses = 0, tracked = 0, map_parts = 0, statuses = 0, malformed = 0;
+    std::int64_t poses = 0, tracked = 0, map_parts = 0, statuses = 0, malformed = 0,
+                 measurements = 0;
   };
   // These from the thread that calls bus.receive().
   const Counts& counts() const { return counts_; }
@@ -52,6 +56,8 @@ class Logger {
   void receive_pose(const std::string& channel, Bytes bytes);
   void receive_status(const std::string& channel, Bytes bytes);
   void receive_decision(const std::string& channel, Bytes bytes);
+  void receive_measurement(const std::string& channel, Bytes bytes);
+  void write(const NamedMeasurement& measurement);
   void receive_map(const std::string& channel, Bytes bytes);
   bool is_mine(const std::string& channel);
   void take(const Origin& origin);
@@ -59,9 +65,12 @@ class Logger {
   std::filesystem::path folder_;
   std::string camera_;
   Bus& bus_;
-  std::ofstream trajectory_, poses_, statuses_, decisions_;
+  std::ofstream trajectory_, poses_, statuses_, decisions_, measurements_;
   MapAssembler map_;
   Counts counts_;
+  std::set<MeasurementId> measured_;  // written; a datagram may come twice
+  // Until it is known which camera is logged; few come before the first pose.
+  std::vector<NamedMeasurement> early_;
   std::optional<std::int64_t> server_epoch_;  // of the server that maps the camera
   status_t last_status_{};
   bool server_stopped_ = false;

@@ -10,6 +10,7 @@
 
 #include "names.h"
 #include "sequence/decisions_file.h"
+#include "sequence/measurements_file.h"
 #include "sequence/ply.h"
 #include "sequence/tum.h"
 
@@ -70,10 +71,20 @@ std::string write_text(const std::filesystem::path& file, const std::string& tex
   return out ? "" : file.string() + ": cannot be written";
 }
 
-std::string lines_of(const std::vector<Decision>& decisions) {
+template <class Entry>
+std::string lines_of(const std::vector<Entry>& entries) {
   std::string lines;
-  for (const Decision& decision : decisions) lines += line_of(decision) + "\n";
+  for (const Entry& entry : entries) lines += line_of(entry) + "\n";
   return lines;
+}
+
+// None are there: nor those of a run before.
+std::string write_or_remove(const std::filesystem::path& file,
+                            const std::vector<AbsoluteMeasurement>& measurements) {
+  std::error_code error;
+  if (!measurements.empty()) return write_text(file, lines_of(measurements));
+  std::filesystem::remove(file, error);
+  return error ? file.string() + ": cannot be removed" : "";
 }
 
 double seconds(const timeval& time) {
@@ -184,6 +195,7 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
         write_tum(folder / "keyframes.tum", mapper.keyframe_trajectory()),
         write_ply(folder / "map.ply", mapper.map_points()),
         write_text(folder / "decisions.jsonl", lines_of(decisions_)),
+        write_or_remove(folder / "measurements.jsonl", measurements_),
         write_text(folder / "report.json", report.dump(1) + "\n")})
     if (!problem.empty()) return problem;
   return "";

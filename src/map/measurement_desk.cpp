@@ -11,10 +11,6 @@ namespace {
 // Frames kept: a distance may reach back some ten minutes at 30 Hz.
 constexpr std::size_t kMostFrames = 20'000;
 
-std::int64_t last_time(const AbsoluteMeasurement& m) {
-  return m.kind == MeasurementKind::kPosition ? m.time_us : m.until_us;
-}
-
 PlacedPoint point_of(const PlacedFrame& frame, const Eigen::Vector3d& lever) {
   const Eigen::Matrix3d turn = frame.keyframe_from_camera.matrix();
   const Eigen::Matrix3d by_turn = turn * skew(lever);
@@ -117,7 +113,7 @@ std::vector<PlacedMeasurement> MeasurementDesk::take(const Map& map) {
   std::vector<PlacedMeasurement> taken;
   if (frames_.empty()) return taken;
   const auto is_due = [this](const AbsoluteMeasurement& m) {
-    return last_time(m) <= frames_.back().time_us;
+    return usable_from_us(m) <= frames_.back().time_us;
   };
   for (const AbsoluteMeasurement& measurement : waiting_) {
     if (!is_due(measurement)) continue;
