@@ -39,6 +39,7 @@ MeasurementCounts& MeasurementCounts::operator+=(const MeasurementCounts& other)
   for (const auto& [kind, count] : other.kinds) {
     kinds[kind].used += count.used;
     kinds[kind].refused += count.refused;
+    kinds[kind].dropped += count.dropped;
   }
   for (const auto& [reason, count] : other.refusals) refusals[reason] += count;
   return *this;

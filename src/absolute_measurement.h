@@ -51,6 +51,7 @@ Reason check_measurement(const AbsoluteMeasurement& measurement);
 struct MeasurementCounts {
   struct OfKind {
     std::int64_t used = 0, refused = 0;
+    std::int64_t dropped = 0;  // of those used, with a keyframe that was redundant
   };
   std::map<MeasurementKind, OfKind> kinds;
   std::map<Reason, std::int64_t> refusals;

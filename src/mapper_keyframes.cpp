@@ -34,6 +34,7 @@ Reason Mapper::State::adopt(KeyframeJob job) {
   live->full = work.insertion.reason == Reason::kMapFull;
   if (work.insertion.reason != Reason::kNone) {
     live->spare = std::move(work.after);
+    desk.put_back(std::move(work.measurements.entries), work.insertion.reason);
     return work.insertion.reason;
   }
   // Where the camera is, seen from its reference, has not changed.
@@ -77,6 +78,7 @@ void Mapper::State::adopt_beside(FrameResult& result) {
   KeyframeJob job = finish_job();
   if (!live || job.work().map_id != map_id) {  // of a map that was given up
     adopted_job = job.id();
+    desk.put_back(std::move(job.work().measurements.entries), Reason::kNone);
     return;
   }
   const std::int64_t time_us = job.work().observed->frame.time_us;
