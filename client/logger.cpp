@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "convert/channel.h"
+#include "convert/scale_fields.h"
 #include "names.h"
 #include "sequence/decisions_file.h"
 #include "sequence/measurements_file.h"
@@ -28,6 +29,13 @@ Json pose_json(const Rigid3& pose) {
   return {{"position", {t.x(), t.y(), t.z()}}, {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
 }
 
+// The same keys of a pose and of a status.
+void add_scale(Json& json, const ScaleState& scale) {
+  json["scale"] = name(scale.status);
+  json["metres_per_unit"] = scale.metres_per_unit;
+  json["sigma_log_scale"] = scale.sigma;  // null: unknown
+}
+
 Json json_of(const PublishedPose& message) {
   const FrameResult& result = message.result;
   Json json;
@@ -39,6 +47,7 @@ Json json_of(const PublishedPose& message) {
   json["map_id"] = result.map_id;
   json["map_epoch"] = result.map_epoch;
   json["map_seq"] = result.map_seq;
+  add_scale(json, result.scale);
   json["state"] = name(result.state);
   json["source"] = name(result.source);
   json["reason"] = describe(result.reason).name;
@@ -66,6 +75,9 @@ Json json_of(const status_t& status) {
   json["message"] = status.message;
   json["hint"] = status.hint;
   json["map_id"] = status.map_id;
+  json["map_epoch"] = status.map_epoch;
+  json["map_seq"] = status.map_seq;
+  add_scale(json, read_scale(status));
   json["frames_received"] = status.frames_received;
   json["frames_processed"] = status.frames_processed;
   json["frames_dropped"] = status.frames_dropped;
@@ -160,6 +172,7 @@ void Logger::receive_pose(const std::string&, Bytes bytes) {
   ++counts_.poses;
   // Flushed line by line: a logger that is killed leaves what it had.
   poses_ << line_of(json_of(pose.value)) << std::flush;
+  paths_[pose.value.origin.server_epoch].add(result);
   if (result.state != TrackingState::kTracking) return;
   ++counts_.tracked;
   trajectory_ << tum_line({result.time_us, result.map_from_camera}) << '\n' << std::flush;
@@ -178,6 +191,9 @@ void Logger::receive_status(const std::string&, Bytes bytes) {
   if (!camera.empty()) server_epoch_ = epoch;
   last_message_ = Clock::now();
   ++counts_.statuses;
+  // The last map's scale may become known after the last pose.
+  if (const auto path = paths_.find(epoch); path != paths_.end())
+    path->second.note_scale(status.value.map_id, read_scale(status.value));
   statuses_ << line_of(json_of(status.value)) << std::flush;
   // While the camera's server is not known, that one without a camera stops says nothing about it.
   server_stopped_ = status.value.state == status_t::STATE_STOPPING &&
@@ -224,10 +240,25 @@ void Logger::receive_map(const std::string&, Bytes bytes) {
   map_.add(part.value);
 }
 
+// So far it has each pose in the unit of its time.
+std::string Logger::finish_trajectory() {
+  std::vector<TimedPose> poses;
+  bool differs = false;
+  for (const auto& [epoch, path] : paths_) {
+    const std::vector<TimedPose> more = path.poses();
+    poses.insert(poses.end(), more.begin(), more.end());
+    differs = differs || path.has_become_metric();
+  }
+  if (!differs) return "";
+  trajectory_.close();
+  return write_tum(folder_ / "trajectory.tum", poses);
+}
+
 std::string Logger::finish() {
   map_.finish();
   for (std::ofstream* file : {&trajectory_, &poses_, &statuses_, &decisions_, &measurements_})
     if (!file->flush()) return folder_.string() + ": could not be written to the end; is it full?";
+  if (std::string problem = finish_trajectory(); !problem.empty()) return problem;
   return write_ply(folder_ / "map.ply", map_.map().points());
 }
 

@@ -1,12 +1,14 @@
-// Writes what a server publishes into a folder: trajectory.tum (the tracked poses, the same text as
-// the server's own), poses.jsonl and status.jsonl (everything, a line a message), decisions.jsonl
-// and measurements.jsonl (for a replay), and in the end map.ply from the map's updates.
+// Writes what a server publishes into a folder: trajectory.tum (the tracked poses, in the end the
+// same text as the server's own: in metres where a map has become metric), poses.jsonl and
+// status.jsonl (everything, a line a message), decisions.jsonl and measurements.jsonl (for a
+// replay), and in the end map.ply from the map's updates.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -19,6 +21,7 @@
 #include "convert/measurement_message.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
+#include "published_path.h"
 
 namespace eifmap {
 
@@ -47,7 +50,8 @@ class Logger {
   bool server_stopped() const { return server_stopped_; }           // the one logged
   Clock::time_point last_message() const { return last_message_; }  // that was taken; first: open()
 
-  // Writes map.ply. Returns "" or what went wrong since open().
+  // Writes map.ply, and trajectory.tum anew where a map has become metric. Returns "" or what went
+  // wrong since open().
   std::string finish();
 
  private:
@@ -61,11 +65,13 @@ class Logger {
   void receive_map(const std::string& channel, Bytes bytes);
   bool is_mine(const std::string& channel);
   void take(const Origin& origin);
+  std::string finish_trajectory();
 
   std::filesystem::path folder_;
   std::string camera_;
   Bus& bus_;
   std::ofstream trajectory_, poses_, statuses_, decisions_, measurements_;
+  std::map<std::int64_t, PublishedPath> paths_;  // by the server's run
   MapAssembler map_;
   Counts counts_;
   std::set<MeasurementId> measured_;  // written; a datagram may come twice

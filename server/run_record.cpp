@@ -58,7 +58,8 @@ Json measurements_json(const MapperStatistics& statistics) {
   if (fixed) json["metres_per_unit"] = statistics.scale.metres_per_unit;
   if (fixed && std::isfinite(statistics.scale.sigma)) json["scale_sigma"] = statistics.scale.sigma;
   for (const auto& [kind, count] : statistics.measurements.kinds)
-    json[std::string(name(kind))] = {{"used", count.used}, {"refused", count.refused}};
+    json[std::string(name(kind))] = {
+        {"used", count.used}, {"refused", count.refused}, {"dropped", count.dropped}};
   json["waiting"] = statistics.measurements_waiting;
   json["refusals"] = reasons_json(statistics.measurements.refusals);
   return json;
@@ -121,29 +122,8 @@ double peak_rss_mib() {
 void RunRecord::add(const FrameResult& result) {
   ++frames_;
   if (!result.rejected) decisions_.push_back(decision_of(result));
-  if (result.rejected)
-    ++rejected_[result.reason];
-  else if (result.state == TrackingState::kTracking)
-    published_.push_back(
-        {{result.time_us, result.map_from_camera}, result.map_id, result.map_epoch});
-  if (!result.rejected && result.scale.status == ScaleStatus::kFixed)
-    metres_per_unit_[result.map_id] = result.scale.metres_per_unit;
-}
-
-std::vector<TimedPose> RunRecord::published(const Mapper& mapper) const {
-  std::map<std::int64_t, double> metres_per_unit = metres_per_unit_;
-  const ScaleState& scale = mapper.statistics().scale;
-  // The last map's may have become known after the last frame.
-  if (!published_.empty() && scale.status == ScaleStatus::kFixed)
-    metres_per_unit[published_.back().map_id] = scale.metres_per_unit;
-  std::vector<TimedPose> poses;
-  for (const Published& p : published_) {
-    poses.push_back(p.pose);
-    const auto known = metres_per_unit.find(p.map_id);
-    if (p.map_epoch == 0 && known != metres_per_unit.end())
-      poses.back().world_from_camera.translation *= known->second;
-  }
-  return poses;
+  if (result.rejected) ++rejected_[result.reason];
+  path_.add(result);
 }
 
 std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& mapper,
@@ -152,6 +132,8 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
 
   const std::vector<TimedPose> final_trajectory = mapper.final_trajectory();
   const MapperStatistics& statistics = mapper.statistics();
+  PublishedPath path = path_;
+  path.note_scale(path.last_map_id(), statistics.scale);  // known after the last frame, maybe
   std::int64_t rejected = 0;
   for (const auto& [reason, count] : rejected_) rejected += count;
   const auto per_frame = [this](double x) { return frames_ > 0 ? x / frames_ : 0.0; };
@@ -159,7 +141,7 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   Json report;
   report["source"] = source;
   report["frames"] = frames_;
-  report["tracked"] = published_.size();
+  report["tracked"] = path_.size();
   report["coverage"] = per_frame(static_cast<double>(final_trajectory.size()));
   report["keyframes"] = statistics.keyframes;
   report["sigma_factor"] = statistics.sigma_factor;
@@ -190,7 +172,7 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["steps"] = steps_json(timer);
 
   for (const std::string& problem :
-       {write_tum(folder / "trajectory.tum", published(mapper)),
+       {write_tum(folder / "trajectory.tum", path.poses()),
         write_tum(folder / "trajectory_final.tum", final_trajectory),
         write_tum(folder / "keyframes.tum", mapper.keyframe_trajectory()),
         write_ply(folder / "map.ply", mapper.map_points()),

@@ -7,6 +7,7 @@
 
 #include "decision.h"
 #include "mapper.h"
+#include "published_path.h"
 #include "server/step_timer.h"
 
 namespace eifmap {
@@ -37,14 +38,7 @@ class RunRecord {
   int frames_ = 0;  // offered, rejected ones too
   int rolls_unseen_ = 0;
   std::map<Reason, std::int64_t> rejected_;
-  // As it was said, in the unit that the map had then.
-  struct Published {
-    TimedPose pose;
-    std::int64_t map_id = 0, map_epoch = 0;
-  };
-  std::vector<TimedPose> published(const Mapper& mapper) const;
-  std::vector<Published> published_;
-  std::map<std::int64_t, double> metres_per_unit_;  // of the maps whose scale became known
+  PublishedPath path_;
   std::vector<Decision> decisions_;
   std::vector<AbsoluteMeasurement> measurements_;
 };

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "convert/limits.h"
+#include "convert/scale_fields.h"
 #include "names.h"
 #include "server/clock.h"
 
@@ -93,6 +94,7 @@ void describe_measurements(status_t& status, const MeasurementIntake::Counts& in
   for (const auto& [kind, count] : counts.kinds) {
     say(std::string(name(kind)) + ".used", count.used);
     say(std::string(name(kind)) + ".refused", count.refused);
+    say(std::string(name(kind)) + ".dropped", count.dropped);
   }
   for (const auto& [reason, count] : counts.refusals)
     say("refused." + std::string(describe(reason).name), count);
@@ -218,6 +220,7 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.map_id = last_.map_id;
   status.map_epoch = last_.map_epoch;
   status.map_seq = last_.map_seq;
+  write_scale(statistics.scale, status);
   describe_state(status, camera);
   status.frames_received = counts.frames_received + counts.foreign_frames;
   status.frames_processed = processed_;

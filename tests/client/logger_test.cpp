@@ -73,6 +73,36 @@ TEST_F(LoggerTest, TrajectoryIsTheTextOfTheServersOwn) {
   EXPECT_NE(lines.find("\"state\":\"LOST\""), std::string::npos);
 }
 
+// One map becomes metric on the way, another after its last pose, a third never.
+TEST_F(LoggerTest, TheTrajectoryIsInMetresInTheEnd) {
+  std::vector<TimedPose> expected;
+  const auto add = [&](int i, std::int64_t map_id, ScaleStatus scale, double factor) {
+    auto message = pose(i, TrackingState::kTracking);
+    message.result.map_id = map_id;
+    message.result.scale.status = scale;
+    if (scale == ScaleStatus::kFixed) message.result.scale.metres_per_unit = 4;
+    send("cam", ChannelKind::kPose, encode(to_message(message)));
+    expected.push_back({message.result.time_us, message.result.map_from_camera});
+    expected.back().world_from_camera.translation *= factor;
+  };
+  for (int i = 0; i < 3; ++i) add(i, 1, ScaleStatus::kFree, 4);
+  for (int i = 3; i < 6; ++i) add(i, 1, ScaleStatus::kFixed, 1);
+  for (int i = 6; i < 8; ++i) add(i, 2, ScaleStatus::kFree, 1);
+  for (int i = 8; i < 10; ++i) add(i, 3, ScaleStatus::kFree, 0.5);
+  status_t status{};
+  status.camera = "cam";
+  status.server_epoch = 5;
+  status.map_id = 3;
+  status.scale = status_t::SCALE_METRIC;
+  status.metres_per_unit = 0.5;
+  send("cam", ChannelKind::kStatus, encode(status));
+  EXPECT_EQ(logger_->finish(), "");
+  ASSERT_EQ(write_tum(folder_.path() / "expected.tum", expected), "");
+  EXPECT_EQ(text("trajectory.tum"), read_text(folder_.path() / "expected.tum"));
+  EXPECT_NE(text("status.jsonl").find("\"scale\":\"metric\",\"metres_per_unit\":0.5"),
+            std::string::npos);
+}
+
 TEST_F(LoggerTest, TheMapIsPutTogetherFromItsParts) {
   MapUpdate update;
   update.map_id = 1;
@@ -170,6 +200,7 @@ TEST_F(LoggerTest, GarbageIsCountedAndPassedOver) {
 
 TEST_F(LoggerTest, KnowsWhenTheServerStops) {
   status_t status{};
+  status.metres_per_unit = 1;
   status.camera = "cam";
   status.state = status_t::STATE_TRACKING;
   status.message = "not UTF-8: \xff\xfe";
@@ -185,6 +216,7 @@ TEST_F(LoggerTest, KnowsWhenTheServerStops) {
 
 status_t status_of(const std::string& camera, std::int64_t epoch, std::int8_t state) {
   status_t status{};
+  status.metres_per_unit = 1;
   status.camera = camera;
   status.server_epoch = epoch;
   status.state = state;

@@ -267,6 +267,27 @@ TEST(Hostile, MeasurementValues) {
   expect_of(length, Reason::kMalformedMessage, [](M& m) { m.kind = measurement_t::KIND_POSITION; });
 }
 
+// Of a pose and of a status.
+TEST(Hostile, ScaleValues) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto expect = [](bool valid, std::int8_t scale, double metres, double sigma) {
+    pose_t pose = to_message(samples::published_pose());
+    status_t status = samples::status();
+    pose.scale = status.scale = scale;
+    pose.metres_per_unit = status.metres_per_unit = metres;
+    pose.sigma_log_scale = status.sigma_log_scale = sigma;
+    EXPECT_EQ(decode_pose(encode(pose)).ok(), valid);
+    EXPECT_EQ(decode_status(encode(status)).ok(), valid);
+  };
+  expect(true, 0, 1, nan);
+  expect(true, 1, 30, 0.01);
+  expect(false, 2, 1, 0.01);
+  expect(false, -1, 1, 0.01);
+  expect(false, 1, 0, 0.01);
+  expect(false, 1, nan, 0.01);
+  expect(false, 1, 1, -0.01);
+}
+
 template <class Change>
 Reason camera_with(Change change) {
   camera_t message = to_message(samples::camera());

@@ -89,6 +89,9 @@ TEST(RoundTrip, Pose) {
   EXPECT_EQ(back.reason, pose.result.reason);
   EXPECT_EQ(back.covariance, pose.result.covariance);
   EXPECT_EQ(back.map_seq, pose.result.map_seq);
+  EXPECT_EQ(back.scale.status, ScaleStatus::kFixed);
+  EXPECT_EQ(back.scale.metres_per_unit, pose.result.scale.metres_per_unit);
+  EXPECT_EQ(back.scale.sigma, pose.result.scale.sigma);
   expect_same_pose(back.map_from_camera, pose.result.map_from_camera);
   expect_same_pose(back.reference_from_camera, pose.result.reference_from_camera);
 }

@@ -82,6 +82,7 @@ inline PublishedPose published_pose() {
   for (int i = 0; i < 36; ++i) r.covariance(i / 6, i % 6) = 1e-3 * i;
   r.reference_keyframe = 5;
   r.reference_from_camera = pose(-0.1);
+  r.scale = {ScaleStatus::kFixed, 3.7, 0.012};
   r.num_matches = 200;
   r.num_inliers = 150;
   return sample;
@@ -141,6 +142,7 @@ inline MapUpdate map_update(int keyframes, int landmarks, std::int64_t base_seq,
 
 inline status_t status() {
   status_t s{};
+  s.metres_per_unit = 1;
   s.utime = s.start_utime = 1'700'000'000'000'000;
   s.name = "eifmap-server";
   s.version = "0.1.0";
