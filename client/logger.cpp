@@ -4,8 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "convert/channel.h"
+#include "convert/scale_fields.h"
 #include "names.h"
 #include "sequence/decisions_file.h"
+#include "sequence/measurements_file.h"
 #include "sequence/ply.h"
 #include "sequence/tum.h"
 
@@ -27,6 +29,13 @@ Json pose_json(const Rigid3& pose) {
   return {{"position", {t.x(), t.y(), t.z()}}, {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
 }
 
+// The same keys of a pose and of a status.
+void add_scale(Json& json, const ScaleState& scale) {
+  json["scale"] = name(scale.status);
+  json["metres_per_unit"] = scale.metres_per_unit;
+  json["sigma_log_scale"] = scale.sigma;  // null: unknown
+}
+
 Json json_of(const PublishedPose& message) {
   const FrameResult& result = message.result;
   Json json;
@@ -38,6 +47,7 @@ Json json_of(const PublishedPose& message) {
   json["map_id"] = result.map_id;
   json["map_epoch"] = result.map_epoch;
   json["map_seq"] = result.map_seq;
+  add_scale(json, result.scale);
   json["state"] = name(result.state);
   json["source"] = name(result.source);
   json["reason"] = describe(result.reason).name;
@@ -65,6 +75,9 @@ Json json_of(const status_t& status) {
   json["message"] = status.message;
   json["hint"] = status.hint;
   json["map_id"] = status.map_id;
+  json["map_epoch"] = status.map_epoch;
+  json["map_seq"] = status.map_seq;
+  add_scale(json, read_scale(status));
   json["frames_received"] = status.frames_received;
   json["frames_processed"] = status.frames_processed;
   json["frames_dropped"] = status.frames_dropped;
@@ -97,8 +110,9 @@ Logger::Opened Logger::open(const std::filesystem::path& folder, const std::stri
             folder.string() + ": cannot be made (" + error.message() + "); give another folder"};
   Opened opened;
   opened.logger.reset(new Logger(folder, camera, bus));
-  for (const std::ofstream* file : {&opened.logger->trajectory_, &opened.logger->poses_,
-                                    &opened.logger->statuses_, &opened.logger->decisions_})
+  for (const std::ofstream* file :
+       {&opened.logger->trajectory_, &opened.logger->poses_, &opened.logger->statuses_,
+        &opened.logger->decisions_, &opened.logger->measurements_})
     if (!*file)
       return {nullptr, folder.string() + ": files in it cannot be written; give another folder"};
   return opened;
@@ -111,7 +125,8 @@ Logger::Logger(const std::filesystem::path& folder, const std::string& camera, B
       trajectory_(folder / "trajectory.tum"),
       poses_(folder / "poses.jsonl"),
       statuses_(folder / "status.jsonl"),
-      decisions_(folder / "decisions.jsonl") {
+      decisions_(folder / "decisions.jsonl"),
+      measurements_(folder / "measurements.jsonl") {
   const auto subscribe = [&](std::string_view of, ChannelKind kind,
                              void (Logger::*handler)(const std::string&, Bytes)) {
     bus.subscribe(channel_pattern(of, kind), kQueue,
@@ -123,6 +138,7 @@ Logger::Logger(const std::filesystem::path& folder, const std::string& camera, B
   subscribe(camera, ChannelKind::kStatus, &Logger::receive_status);
   subscribe(camera, ChannelKind::kMap, &Logger::receive_map);
   subscribe(camera, ChannelKind::kDecision, &Logger::receive_decision);
+  subscribe(camera, ChannelKind::kMeasurement, &Logger::receive_measurement);
   if (!camera.empty() && camera != kNoCamera)
     subscribe(kNoCamera, ChannelKind::kStatus, &Logger::receive_status);
 }
@@ -140,6 +156,7 @@ bool Logger::is_mine(const std::string& channel) {
 // Poses and map parts tell which server maps the camera, also when it was started anew.
 void Logger::take(const Origin& origin) {
   if (camera_.empty()) camera_ = origin.camera;
+  for (const NamedMeasurement& measurement : std::exchange(early_, {})) write(measurement);
   server_epoch_ = std::max(server_epoch_.value_or(origin.server_epoch), origin.server_epoch);
   last_message_ = Clock::now();
 }
@@ -155,6 +172,7 @@ void Logger::receive_pose(const std::string&, Bytes bytes) {
   ++counts_.poses;
   // Flushed line by line: a logger that is killed leaves what it had.
   poses_ << line_of(json_of(pose.value)) << std::flush;
+  paths_[pose.value.origin.server_epoch].add(result);
   if (result.state != TrackingState::kTracking) return;
   ++counts_.tracked;
   trajectory_ << tum_line({result.time_us, result.map_from_camera}) << '\n' << std::flush;
@@ -173,6 +191,9 @@ void Logger::receive_status(const std::string&, Bytes bytes) {
   if (!camera.empty()) server_epoch_ = epoch;
   last_message_ = Clock::now();
   ++counts_.statuses;
+  // The last map's scale may become known after the last pose.
+  if (const auto path = paths_.find(epoch); path != paths_.end())
+    path->second.note_scale(status.value.map_id, read_scale(status.value));
   statuses_ << line_of(json_of(status.value)) << std::flush;
   // While the camera's server is not known, that one without a camera stops says nothing about it.
   server_stopped_ = status.value.state == status_t::STATE_STOPPING &&
@@ -191,6 +212,23 @@ void Logger::receive_decision(const std::string&, Bytes bytes) {
   decisions_ << line_of(decided, origin.server_epoch) << '\n' << std::flush;
 }
 
+void Logger::receive_measurement(const std::string&, Bytes bytes) {
+  constexpr std::size_t kMostEarly = 10'000;
+  const auto measurement = decode_measurement(bytes);
+  if (!measurement.ok())
+    ++counts_.malformed;
+  else if (!camera_.empty())
+    write(measurement.value);
+  else if (early_.size() < kMostEarly)
+    early_.push_back(measurement.value);
+}
+
+void Logger::write(const NamedMeasurement& named) {
+  if (named.camera != camera_ || !measured_.insert(named.measurement.id).second) return;
+  ++counts_.measurements;
+  measurements_ << eifmap::line_of(named.measurement) << '\n' << std::flush;
+}
+
 void Logger::receive_map(const std::string&, Bytes bytes) {
   const auto part = decode_map_part(bytes);
   if (!part.ok()) {
@@ -202,10 +240,25 @@ void Logger::receive_map(const std::string&, Bytes bytes) {
   map_.add(part.value);
 }
 
+// So far it has each pose in the unit of its time.
+std::string Logger::finish_trajectory() {
+  std::vector<TimedPose> poses;
+  bool differs = false;
+  for (const auto& [epoch, path] : paths_) {
+    const std::vector<TimedPose> more = path.poses();
+    poses.insert(poses.end(), more.begin(), more.end());
+    differs = differs || path.has_become_metric();
+  }
+  if (!differs) return "";
+  trajectory_.close();
+  return write_tum(folder_ / "trajectory.tum", poses);
+}
+
 std::string Logger::finish() {
   map_.finish();
-  for (std::ofstream* file : {&trajectory_, &poses_, &statuses_, &decisions_})
+  for (std::ofstream* file : {&trajectory_, &poses_, &statuses_, &decisions_, &measurements_})
     if (!file->flush()) return folder_.string() + ": could not be written to the end; is it full?";
+  if (std::string problem = finish_trajectory(); !problem.empty()) return problem;
   return write_ply(folder_ / "map.ply", map_.map().points());
 }
 

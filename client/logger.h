@@ -1,21 +1,27 @@
-// Writes what a server publishes into a folder: trajectory.tum (the tracked poses, the same text as
-// the server's own), poses.jsonl and status.jsonl (everything, a line a message), decisions.jsonl
-// (for a replay), and in the end map.ply from the map's updates.
+// Writes what a server publishes into a folder: trajectory.tum (the tracked poses, in the end the
+// same text as the server's own: in metres where a map has become metric), poses.jsonl and
+// status.jsonl (everything, a line a message), decisions.jsonl and measurements.jsonl (for a
+// replay), and in the end map.ply from the map's updates.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "bus/bus.h"
 #include "convert/decision_message.h"
 #include "convert/map_assembler.h"
+#include "convert/measurement_message.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
+#include "published_path.h"
 
 namespace eifmap {
 
@@ -34,7 +40,8 @@ class Logger {
   Logger& operator=(const Logger&) = delete;
 
   struct Counts {
-    std::int64_t poses = 0, tracked = 0, map_parts = 0, statuses = 0, malformed = 0;
+    std::int64_t poses = 0, tracked = 0, map_parts = 0, statuses = 0, malformed = 0,
+                 measurements = 0;
   };
   // These from the thread that calls bus.receive().
   const Counts& counts() const { return counts_; }
@@ -43,7 +50,8 @@ class Logger {
   bool server_stopped() const { return server_stopped_; }           // the one logged
   Clock::time_point last_message() const { return last_message_; }  // that was taken; first: open()
 
-  // Writes map.ply. Returns "" or what went wrong since open().
+  // Writes map.ply, and trajectory.tum anew where a map has become metric. Returns "" or what went
+  // wrong since open().
   std::string finish();
 
  private:
@@ -52,16 +60,23 @@ class Logger {
   void receive_pose(const std::string& channel, Bytes bytes);
   void receive_status(const std::string& channel, Bytes bytes);
   void receive_decision(const std::string& channel, Bytes bytes);
+  void receive_measurement(const std::string& channel, Bytes bytes);
+  void write(const NamedMeasurement& measurement);
   void receive_map(const std::string& channel, Bytes bytes);
   bool is_mine(const std::string& channel);
   void take(const Origin& origin);
+  std::string finish_trajectory();
 
   std::filesystem::path folder_;
   std::string camera_;
   Bus& bus_;
-  std::ofstream trajectory_, poses_, statuses_, decisions_;
+  std::ofstream trajectory_, poses_, statuses_, decisions_, measurements_;
+  std::map<std::int64_t, PublishedPath> paths_;  // by the server's run
   MapAssembler map_;
   Counts counts_;
+  std::set<MeasurementId> measured_;  // written; a datagram may come twice
+  // Until it is known which camera is logged; few come before the first pose.
+  std::vector<NamedMeasurement> early_;
   std::optional<std::int64_t> server_epoch_;  // of the server that maps the camera
   status_t last_status_{};
   bool server_stopped_ = false;

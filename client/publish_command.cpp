@@ -13,12 +13,13 @@
 #include "client/publisher.h"
 #include "program/command_line.h"
 #include "program/progress_bar.h"
+#include "sequence/measurements_file.h"
 
 namespace eifmap {
 namespace {
 
 struct Options {
-  std::string source, lcm_url = kDefaultLcmUrl;
+  std::string source, measurements, lcm_url = kDefaultLcmUrl;
   SequenceOptions sequence;
   SimulationOptions simulation;
   bool simulate = false, loop = false;
@@ -54,6 +55,18 @@ OpenedSource open_source_of(const Options& options) {
   if (options.max_frames > 0)
     opened.source = first_images(std::move(opened.source), options.max_frames);
   return opened;
+}
+
+// Returns "" or what is wrong.
+std::string read_measurements_into(PublishOptions& publish, const Options& options,
+                                   const ImageSource& source) {
+  if (options.measurements.empty()) return "";
+  if (options.loop || source.live())
+    return "--measurements has times of its own, and those of " +
+           std::string(options.loop ? "--loop" : "a camera") + " are others: leave one of them out";
+  MeasurementsFile file = read_measurements(options.measurements);
+  publish.measurements = std::move(file.measurements);
+  return file.problem;
 }
 
 // Datagrams of an image that does not fit the receiver's buffer are lost without a word.
@@ -106,6 +119,11 @@ int run(Options& options, StopSignals& signals) {
     return kBadOptions;
   }
   ImageSource& source = *images.source;
+  if (const std::string problem = read_measurements_into(options.publish, options, source);
+      !problem.empty()) {
+    spdlog::error(problem);
+    return kBadOptions;
+  }
   const LcmBus::Opened opened = LcmBus::open(options.lcm_url);
   if (!opened.bus) {
     spdlog::error(opened.problem);
@@ -120,6 +138,9 @@ int run(Options& options, StopSignals& signals) {
   spdlog::info("published {}{} images in {} messages, publisher {}", result.published,
                ends ? " of " + std::to_string(source.size()) : "", result.messages,
                result.publisher);
+  if (const std::size_t all = options.publish.measurements.size(); all > 0)
+    spdlog::info("{} of {} measurements sent, those up to the last image", result.measurements,
+                 all);
   if (result.late_s > 0.5)
     spdlog::warn("up to {:.1f} s late: this machine is slower than the recording", result.late_s);
   if (result.problem.empty()) return 0;
@@ -184,6 +205,9 @@ Command add_publish_command(CLI::App& app) {
                    "of --as features: the pace of a frame's parts; 0: none; default: 5000000 where "
                    "the network's ttl is above 0, else none")
       ->check(number_in(0, 1'000'000'000));
+  command->add_option("--measurements", options->measurements,
+                      "absolute measurements, a JSON object a line, sent next to the images of "
+                      "their times");
   command->add_flag("--loop", options->loop, "start again at the end; the times go on increasing");
   command->add_option("--camera", publish.camera, "name of the camera in the channels");
   command->add_option("--publisher", publish.publisher, "id of this publisher; default: random")

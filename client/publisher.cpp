@@ -12,6 +12,7 @@
 #include "convert/feature_message.h"
 #include "convert/feature_parts.h"
 #include "convert/image_message.h"
+#include "convert/measurement_message.h"
 #include "features/front_end.h"
 
 namespace eifmap {
@@ -177,6 +178,35 @@ class PacedSender {
   bool paced_, sent_ = true;
 };
 
+// Sends each measurement when an image's time has reached its own.
+class MeasurementSender {
+ public:
+  MeasurementSender(const PublishOptions& options, std::int64_t publisher, Bus& bus)
+      : options_(options),
+        publisher_(publisher),
+        bus_(bus),
+        channel_(channel_name(options.camera, ChannelKind::kMeasurement)) {}
+
+  // False when LCM could not send.
+  bool send_until(std::int64_t time_us) {
+    const std::vector<AbsoluteMeasurement>& all = options_.measurements;
+    for (; sent_ < all.size() && usable_from_us(all[sent_]) <= time_us; ++sent_) {
+      NamedMeasurement named{options_.camera, all[sent_]};
+      named.measurement.id = {publisher_, static_cast<std::int64_t>(sent_)};
+      if (!bus_.publish(channel_, eifmap::encode(to_message(named)))) return false;
+    }
+    return true;
+  }
+  std::int64_t num_sent() const { return static_cast<std::int64_t>(sent_); }
+
+ private:
+  const PublishOptions& options_;
+  std::int64_t publisher_;
+  Bus& bus_;
+  std::string channel_;
+  std::size_t sent_ = 0;
+};
+
 // When an image is to leave.
 class Timetable {
  public:
@@ -232,6 +262,7 @@ PublishResult publish(ImageSource& source, const PublishOptions& options, Bus& b
   CalibrationBeacon beacon(source, options.camera, bus);
   PacedSender sender(bus, channel,
                      encoder.kind() == ChannelKind::kFeatures ? options.bytes_per_s : 0);
+  MeasurementSender measurements(options, result.publisher, bus);
   const std::string unsent = "LCM could not send on " + channel;
 
   Timetable timetable(source, options);
@@ -261,6 +292,8 @@ PublishResult publish(ImageSource& source, const PublishOptions& options, Bus& b
       result.largest_bytes = std::max(result.largest_bytes, message.size());
     result.messages += static_cast<std::int64_t>(encoded.messages.size());
     const auto left = Clock::now();
+    if (!measurements.send_until(source.time_us(i))) result.problem = unsent;
+    result.measurements = measurements.num_sent();
     sender.push(std::move(encoded.messages));
     for (auto next = sender.send_due(); next && sender.all_were_sent() && result.problem.empty();
          next = sender.send_due())

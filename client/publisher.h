@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "absolute_measurement.h"
 #include "bus/bus.h"
 #include "client/image_source.h"
 #include "features/extractor.h"
@@ -31,6 +33,9 @@ struct PublishOptions {
   int max_message_bytes = 0;
   int bytes_per_s = 0;
   FeatureOptions features;  // kFeatures: how
+  // Absolute measurements, of the images' clock, in the order of use (usable_from_us): each leaves
+  // right before the first image that is not before it, named by this publisher and its place here.
+  std::vector<AbsoluteMeasurement> measurements;
 
   std::string problem() const;  // "" or which field is wrong and why
 };
@@ -39,6 +44,7 @@ struct PublishResult {
   int published = 0;
   std::int64_t publisher = 0;
   std::int64_t messages = 0;      // that carried them
+  std::int64_t measurements = 0;  // sent; those after the last image are not
   std::size_t largest_bytes = 0;  // of a message
   double late_s = 0;              // the longest that an image left after its time
   std::string problem;            // "" or why it stopped early

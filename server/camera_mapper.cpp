@@ -44,7 +44,10 @@ const ServerConfig& checked(const ServerConfig& config) {
 }  // namespace
 
 CameraMapper::CameraMapper(const ServerConfig& config)
-    : config_(checked(config)), extractor_(config.features), camera_(config.camera) {
+    : config_(checked(config)),
+      extractor_(config.features),
+      camera_(config.camera),
+      measurements_(config.mapper.measurement.max_waiting) {
   if (const Handover handover = config_.live_handover(); handover.is_beside())
     keyframes_.emplace(handover);
 }
@@ -216,6 +219,7 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
 
 void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
   try {
+    give_measurements();
     mapped.result = mapper_->process(frame);
     if (mapped.result.map_updated) mapped.update = next_update();
   } catch (const std::invalid_argument& error) {
@@ -235,6 +239,12 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
     mapped.result.map_seq = map_seq_;
     last_map_id_ = mapped.result.map_id;
   }
+}
+
+// What is refused now is counted by the mapper.
+void CameraMapper::give_measurements() {
+  for (const AbsoluteMeasurement& measurement : measurements_.give(camera_))
+    if (mapper_->add_measurement(measurement) == Reason::kNone) record_.add(measurement);
 }
 
 MapUpdate CameraMapper::next_update() {

@@ -16,6 +16,7 @@
 #include "mapper.h"
 #include "server/config.h"
 #include "server/keyframe_worker.h"
+#include "server/measurement_intake.h"
 #include "server/run_record.h"
 #include "server/step_timer.h"
 #include "server/stream_book.h"
@@ -38,6 +39,12 @@ class CameraMapper {
   // that names its id or, naming none, has the size of only that one. Else refused, and nothing has
   // changed.
   Taken take_calibration(const std::string& camera, Bytes bytes);
+
+  // An absolute measurement of this camera: the mapper is given it before its next frame.
+  MeasurementIntake::Taken take_measurement(const std::string& camera, Bytes bytes) {
+    return measurements_.take(camera, bytes);
+  }
+  MeasurementIntake::Counts measurements() const { return measurements_.counts(); }
 
   struct Mapped {
     FrameResult result;               // rejected, with the reason, when it never reached the map
@@ -83,6 +90,7 @@ class CameraMapper {
   Decoded<FeatureFrame> read_frame(const Channel& channel, Bytes bytes, const Camera& known);
   Decoded<FeatureFrame> read_image(const Channel& channel, Bytes bytes, const Camera& known);
   void map(const FeatureFrame& frame, Mapped& mapped);
+  void give_measurements();
   MapUpdate next_update();
   void begin_map(const std::string& camera, const Camera& calibration);
   void note_arrival(std::int64_t publisher, std::int64_t seq, std::int64_t time_us);
@@ -99,6 +107,7 @@ class CameraMapper {
   std::int64_t map_id_offset_ = 0, last_map_id_ = 0, map_seq_ = 0;
   std::set<std::string> guessed_;  // cameras whose calibration in use is a guess
   StreamBook streams_;
+  MeasurementIntake measurements_;
   std::int64_t received_us_ = 0, dropped_ = 0;  // of the frame in work, before it
   RunRecord record_;
   StepTimer timer_;

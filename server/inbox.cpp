@@ -24,7 +24,7 @@ void Inbox::put(const Channel& channel, Bytes bytes, bool may_wait) {
     counts_.foreign += is_frame(channel) ? 1 : 0;
     return;
   }
-  if (mode_ == InputMode::kNewest) {
+  if (mode_ == InputMode::kNewest && channel.kind != ChannelKind::kMeasurement) {
     const std::int64_t replaced = remove([&](const Channel& waiting) {
       return waiting == channel ||
              (is_frame(waiting) && is_frame(channel) && waiting.camera == channel.camera);
@@ -42,6 +42,7 @@ void Inbox::put(const Channel& channel, Bytes bytes, bool may_wait) {
   counts_.frames += is_frame(channel) ? 1 : 0;
   if (!has_room()) {  // many cameras, before one is selected; or nobody who could wait
     counts_.dropped += is_frame(channel) ? 1 : 0;
+    counts_.measurements_dropped += channel.kind == ChannelKind::kMeasurement ? 1 : 0;
     return;
   }
   queue_.push_back(

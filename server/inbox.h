@@ -33,15 +33,17 @@ class Inbox {
   using TimePoint = std::chrono::steady_clock::time_point;
 
   struct Counts {
-    std::int64_t frames = 0;   // that arrived, of the selected camera
-    std::int64_t dropped = 0;  // of them, replaced by a newer one
-    std::int64_t foreign = 0;  // of other cameras
+    std::int64_t frames = 0;                // that arrived, of the selected camera
+    std::int64_t dropped = 0;               // of them, replaced by a newer one
+    std::int64_t foreign = 0;               // of other cameras
+    std::int64_t measurements_dropped = 0;  // for want of room
   };
 
   // More than `max_bytes` never wait, except a single larger message.
   Inbox(InputMode mode, std::size_t max_bytes) : mode_(mode), max_bytes_(max_bytes) {}
 
-  // Moves in a copy of the bytes. A calibration replaces one of the same camera that waits. Waits
+  // Moves in a copy of the bytes. A calibration replaces one of the same camera that waits, a
+  // measurement nothing. Waits
   // for room when lossless, unless the taker itself puts: what then has no room is dropped. After
   // close() nothing is taken in.
   void put(const Channel& channel, Bytes bytes, bool may_wait = true);
@@ -61,7 +63,9 @@ class Inbox {
   Counts counts() const;
 
  private:
-  static bool is_frame(const Channel& channel) { return channel.kind != ChannelKind::kCalibration; }
+  static bool is_frame(const Channel& channel) {
+    return channel.kind == ChannelKind::kImage || channel.kind == ChannelKind::kFeatures;
+  }
   bool is_foreign(const Channel& channel) const {
     return !camera_.empty() && channel.camera != camera_;
   }

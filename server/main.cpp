@@ -205,7 +205,7 @@ void add_options(CLI::App& app, Options& options) {
 std::string mixed_options(const CLI::App& app) {
   const bool recorded = app.get_option("--sequence")->count() > 0;
   if (app.get_option("--decisions")->count() > 0)
-    for (const char* option : {"--every", "--max-frames", "--jitter-px", "--measurements"})
+    for (const char* option : {"--every", "--max-frames", "--jitter-px"})
       if (app.get_option(option)->count() > 0)
         return std::string(option) + " is of another run than the one in --decisions: leave it out";
   for (const CLI::Option* option : app.get_options()) {

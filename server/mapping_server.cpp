@@ -52,10 +52,13 @@ MappingServer::~MappingServer() {
 
 void MappingServer::subscribe(const ServerConfig& config) {
   const int max_queued = config.input == InputMode::kLossless ? kQueuedLossless : kQueuedNewest;
-  for (const ChannelKind kind :
-       {ChannelKind::kCalibration, ChannelKind::kImage, ChannelKind::kFeatures})
-    bus_.subscribe(channel_pattern(config.camera, kind),
-                   kind == ChannelKind::kFeatures ? kQueuedLossless : max_queued,
+  const auto queued = [max_queued](ChannelKind kind) {
+    const bool each_counts = kind == ChannelKind::kFeatures || kind == ChannelKind::kMeasurement;
+    return each_counts ? kQueuedLossless : max_queued;
+  };
+  for (const ChannelKind kind : {ChannelKind::kCalibration, ChannelKind::kImage,
+                                 ChannelKind::kFeatures, ChannelKind::kMeasurement})
+    bus_.subscribe(channel_pattern(config.camera, kind), queued(kind),
                    [this](const std::string& channel, Bytes bytes) { receive(channel, bytes); });
   if (config.image_channel.empty()) return;
   bus_.subscribe(literal_pattern(config.image_channel), max_queued,
@@ -116,6 +119,8 @@ void MappingServer::take_turn() {
   }
   if (message->channel.kind == ChannelKind::kCalibration)
     take_calibration(*message);
+  else if (message->channel.kind == ChannelKind::kMeasurement)
+    take_measurement(*message);
   else
     take_frame(*message);
   tell_changes();
@@ -124,6 +129,11 @@ void MappingServer::take_turn() {
 void MappingServer::take_calibration(const Received& message) {
   const CameraMapper::Taken taken = mapper_.take_calibration(message.channel.camera, message.bytes);
   if (taken.reason != Reason::kNone) board_.note_reason(taken.reason, taken.detail);
+}
+
+void MappingServer::take_measurement(const Received& message) {
+  const auto taken = mapper_.take_measurement(message.channel.camera, message.bytes);
+  if (taken.reason != Reason::kNone) board_.note_measurement(taken.reason, taken.detail);
 }
 
 void MappingServer::take_frame(const Received& message) {
@@ -212,7 +222,8 @@ status_t MappingServer::publish_status(bool new_period) {
                              std::chrono::duration<double>(config_.status_period_s));
   const status_t status = board_.make(mapper_.camera(),
                                       {counts.frames, counts.dropped, counts.foreign, bad_channels_,
-                                       mapper_.calibration_is_guessed(), parts_.counts()},
+                                       mapper_.calibration_is_guessed(), parts_.counts(),
+                                       mapper_.measurements(), counts.measurements_dropped},
                                       mapper_.streams(), mapper_.statistics(), now, new_period);
   const std::string camera = mapper_.camera().empty() ? std::string(kNoCamera) : mapper_.camera();
   send(channel_name(camera, ChannelKind::kStatus), encode(status));

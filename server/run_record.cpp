@@ -10,6 +10,7 @@
 
 #include "names.h"
 #include "sequence/decisions_file.h"
+#include "sequence/measurements_file.h"
 #include "sequence/ply.h"
 #include "sequence/tum.h"
 
@@ -59,7 +60,8 @@ Json measurements_json(const MapperStatistics& statistics) {
   if (fixed && std::isfinite(statistics.scale.sigma_newest))
     json["scale_sigma_newest"] = statistics.scale.sigma_newest;
   for (const auto& [kind, count] : statistics.measurements.kinds)
-    json[std::string(name(kind))] = {{"used", count.used}, {"refused", count.refused}};
+    json[std::string(name(kind))] = {
+        {"used", count.used}, {"refused", count.refused}, {"dropped", count.dropped}};
   json["waiting"] = statistics.measurements_waiting;
   json["refusals"] = reasons_json(statistics.measurements.refusals);
   return json;
@@ -72,10 +74,20 @@ std::string write_text(const std::filesystem::path& file, const std::string& tex
   return out ? "" : file.string() + ": cannot be written";
 }
 
-std::string lines_of(const std::vector<Decision>& decisions) {
+template <class Entry>
+std::string lines_of(const std::vector<Entry>& entries) {
   std::string lines;
-  for (const Decision& decision : decisions) lines += line_of(decision) + "\n";
+  for (const Entry& entry : entries) lines += line_of(entry) + "\n";
   return lines;
+}
+
+// None are there: nor those of a run before.
+std::string write_or_remove(const std::filesystem::path& file,
+                            const std::vector<AbsoluteMeasurement>& measurements) {
+  std::error_code error;
+  if (!measurements.empty()) return write_text(file, lines_of(measurements));
+  std::filesystem::remove(file, error);
+  return error ? file.string() + ": cannot be removed" : "";
 }
 
 double seconds(const timeval& time) {
@@ -112,29 +124,8 @@ double peak_rss_mib() {
 void RunRecord::add(const FrameResult& result) {
   ++frames_;
   if (!result.rejected) decisions_.push_back(decision_of(result));
-  if (result.rejected)
-    ++rejected_[result.reason];
-  else if (result.state == TrackingState::kTracking)
-    published_.push_back(
-        {{result.time_us, result.map_from_camera}, result.map_id, result.map_epoch});
-  if (!result.rejected && result.scale.status == ScaleStatus::kFixed)
-    metres_per_unit_[result.map_id] = result.scale.metres_per_unit;
-}
-
-std::vector<TimedPose> RunRecord::published(const Mapper& mapper) const {
-  std::map<std::int64_t, double> metres_per_unit = metres_per_unit_;
-  const ScaleState& scale = mapper.statistics().scale;
-  // The last map's may have become known after the last frame.
-  if (!published_.empty() && scale.status == ScaleStatus::kFixed)
-    metres_per_unit[published_.back().map_id] = scale.metres_per_unit;
-  std::vector<TimedPose> poses;
-  for (const Published& p : published_) {
-    poses.push_back(p.pose);
-    const auto known = metres_per_unit.find(p.map_id);
-    if (p.map_epoch == 0 && known != metres_per_unit.end())
-      poses.back().world_from_camera.translation *= known->second;
-  }
-  return poses;
+  if (result.rejected) ++rejected_[result.reason];
+  path_.add(result);
 }
 
 std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& mapper,
@@ -143,6 +134,8 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
 
   const std::vector<TimedPose> final_trajectory = mapper.final_trajectory();
   const MapperStatistics& statistics = mapper.statistics();
+  PublishedPath path = path_;
+  path.note_scale(path.last_map_id(), statistics.scale);  // known after the last frame, maybe
   std::int64_t rejected = 0;
   for (const auto& [reason, count] : rejected_) rejected += count;
   const auto per_frame = [this](double x) { return frames_ > 0 ? x / frames_ : 0.0; };
@@ -150,7 +143,7 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   Json report;
   report["source"] = source;
   report["frames"] = frames_;
-  report["tracked"] = published_.size();
+  report["tracked"] = path_.size();
   report["coverage"] = per_frame(static_cast<double>(final_trajectory.size()));
   report["keyframes"] = statistics.keyframes;
   report["sigma_factor"] = statistics.sigma_factor;
@@ -181,11 +174,12 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["steps"] = steps_json(timer);
 
   for (const std::string& problem :
-       {write_tum(folder / "trajectory.tum", published(mapper)),
+       {write_tum(folder / "trajectory.tum", path.poses()),
         write_tum(folder / "trajectory_final.tum", final_trajectory),
         write_tum(folder / "keyframes.tum", mapper.keyframe_trajectory()),
         write_ply(folder / "map.ply", mapper.map_points()),
         write_text(folder / "decisions.jsonl", lines_of(decisions_)),
+        write_or_remove(folder / "measurements.jsonl", measurements_),
         write_text(folder / "report.json", report.dump(1) + "\n")})
     if (!problem.empty()) return problem;
   return "";

@@ -7,6 +7,7 @@
 
 #include "decision.h"
 #include "mapper.h"
+#include "published_path.h"
 #include "server/step_timer.h"
 
 namespace eifmap {
@@ -17,13 +18,17 @@ class RunRecord {
   // `result`: also of a frame that never reached the mapper (result.rejected, with its reason).
   void add(const FrameResult& result);
 
+  // One that the mapper took.
+  void add(const AbsoluteMeasurement& measurement) { measurements_.push_back(measurement); }
+
   // An image was extracted in which the camera's roll could not be seen, although it was sought
   // (FeatureExtractor::roll_is_sure).
   void add_unseen_roll() { ++rolls_unseen_; }
 
   // Writes, in metres where a map's scale is known in the end, trajectory.tum,
-  // trajectory_final.tum, keyframes.tum, decisions.jsonl, map.ply and report.json into `folder`,
-  // made when it is not there. Returns "" or what went wrong.
+  // trajectory_final.tum, keyframes.tum, decisions.jsonl, measurements.jsonl (where there are any),
+  // map.ply and report.json into `folder`, made when it is not there. Returns "" or what went
+  // wrong.
   std::string write(const std::filesystem::path& folder, const Mapper& mapper,
                     const StepTimer& timer, const std::string& source) const;
 
@@ -33,15 +38,9 @@ class RunRecord {
   int frames_ = 0;  // offered, rejected ones too
   int rolls_unseen_ = 0;
   std::map<Reason, std::int64_t> rejected_;
-  // As it was said, in the unit that the map had then.
-  struct Published {
-    TimedPose pose;
-    std::int64_t map_id = 0, map_epoch = 0;
-  };
-  std::vector<TimedPose> published(const Mapper& mapper) const;
-  std::vector<Published> published_;
-  std::map<std::int64_t, double> metres_per_unit_;  // of the maps whose scale became known
+  PublishedPath path_;
   std::vector<Decision> decisions_;
+  std::vector<AbsoluteMeasurement> measurements_;
 };
 
 // Makes the folder, and returns "" or why nothing can be written there: before the work, not after.

@@ -54,9 +54,12 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   FeatureExtractor extractor(options.features);
   Replay replay;
   if (!options.decisions.empty())
-    if (std::string problem = replay.open(options.decisions); !problem.empty()) return problem;
+    if (std::string problem = replay.open(options.decisions, options.measurements);
+        !problem.empty())
+      return problem;
   MeasurementsFile measurements;
-  if (!options.measurements.empty()) measurements = read_measurements(options.measurements);
+  if (!options.measurements.empty() && !replay.is_open())
+    measurements = read_measurements(options.measurements);
   if (!measurements.problem.empty()) return measurements.problem;
   const Handover handover = replay.is_open() ? replay.handover() : options.handover;
   std::optional<KeyframeWorker> keyframes;
@@ -66,12 +69,17 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   mapper.set_step_observer(
       [&](std::string_view step, bool begins) { timer.observe(step, begins); });
 
-  // Each before the first image that is not before it.
+  // Each before the first image that is not before it; of a replay, where it was.
   std::size_t num_measured = 0;
+  const auto add_measurement = [&](const AbsoluteMeasurement& measurement) {
+    if (mapper.add_measurement(measurement) == Reason::kNone) record.add(measurement);
+  };
   const auto add_measurements_until = [&](std::int64_t time_us) {
+    if (replay.is_open())
+      for (const AbsoluteMeasurement& m : replay.measurements_before(time_us)) add_measurement(m);
     const std::vector<AbsoluteMeasurement>& all = measurements.measurements;
     while (num_measured < all.size() && usable_from_us(all[num_measured]) <= time_us)
-      mapper.add_measurement(all[num_measured++]);
+      add_measurement(all[num_measured++]);
   };
 
   const auto map_image = [&](int i) {

@@ -25,7 +25,7 @@ struct SequenceRunOptions {
   Handover handover = {};  // kAtOnce or kAfterFrames
   // Of a live run: only its frames are taken, and what it decided by timing is decided alike.
   std::filesystem::path decisions = {};
-  // Absolute measurements (sequence/measurements_file.h).
+  // Absolute measurements (sequence/measurements_file.h); with `decisions`, those of that run.
   std::filesystem::path measurements = {};
   SequenceOptions images = {};  // what is added to the images
 };

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "convert/limits.h"
+#include "convert/scale_fields.h"
 #include "names.h"
 #include "server/clock.h"
 
@@ -77,6 +78,28 @@ void describe_streams(status_t& status, const StreamBook& streams) {
   }
 }
 
+// As the network has them and as the mapper made use of them.
+void describe_measurements(status_t& status, const MeasurementIntake::Counts& intake,
+                           std::int64_t dropped, const MapperStatistics& statistics) {
+  if (intake.arrived + dropped == 0) return;
+  const auto say = [&](const std::string& what, std::int64_t value) {
+    status.diagnostics.push_back(diagnostic("measurements." + what, value));
+  };
+  MeasurementCounts counts = intake.refused;
+  counts += statistics.measurements;
+  say("arrived", intake.arrived);
+  say("missing", intake.missing);
+  say("dropped", dropped);
+  say("waiting", statistics.measurements_waiting);
+  for (const auto& [kind, count] : counts.kinds) {
+    say(std::string(name(kind)) + ".used", count.used);
+    say(std::string(name(kind)) + ".refused", count.refused);
+    say(std::string(name(kind)) + ".dropped", count.dropped);
+  }
+  for (const auto& [reason, count] : counts.refusals)
+    say("refused." + std::string(describe(reason).name), count);
+}
+
 std::string clipped(std::string text) {
   if (text.size() > kMaxText) text.resize(kMaxText);
   return text;
@@ -124,6 +147,11 @@ void StatusBoard::note_reason(Reason reason, const std::string& detail) {
   last_.rejected = reason != Reason::kCalibrationChanged;
   last_.reason = reason;
   last_.detail = detail;
+}
+
+void StatusBoard::note_measurement(Reason reason, const std::string& detail) {
+  malformed_ += reason == Reason::kMalformedMessage ? 1 : 0;
+  note_reason(reason, detail);
 }
 
 void StatusBoard::note_fault(const std::string& detail) {
@@ -192,6 +220,7 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.map_id = last_.map_id;
   status.map_epoch = last_.map_epoch;
   status.map_seq = last_.map_seq;
+  write_scale(statistics.scale, status);
   describe_state(status, camera);
   status.frames_received = counts.frames_received + counts.foreign_frames;
   status.frames_processed = processed_;
@@ -227,6 +256,7 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.diagnostics.push_back(diagnostic("parts_dropped", parts_dropped_));
   status.diagnostics.push_back(diagnostic("internal_errors", faults_));
   describe_streams(status, streams);
+  describe_measurements(status, counts.measurements, counts.measurements_dropped, statistics);
   status.diagnostics.push_back(
       diagnostic("calibration_guessed", std::int64_t{counts.calibration_is_guessed}));
   const FeatureAssembler::Counts& parts = counts.parts;

@@ -10,6 +10,7 @@
 
 #include "convert/feature_parts.h"
 #include "map_view.h"
+#include "server/measurement_intake.h"
 #include "server/stream_book.h"
 
 namespace eifmap {
@@ -23,6 +24,8 @@ class StatusBoard {
   void note_frame(const FrameResult& result, TimePoint received, TimePoint published);
   // Of a calibration, refused or changed.
   void note_reason(Reason reason, const std::string& detail);
+  // Of a measurement that was refused.
+  void note_measurement(Reason reason, const std::string& detail);
   // An exception that should not be: `detail` says which.
   void note_fault(const std::string& detail);
   void note_new_map();  // the mapper begins again
@@ -38,6 +41,8 @@ class StatusBoard {
     std::int64_t frames_received = 0, frames_dropped = 0, foreign_frames = 0, bad_channels = 0;
     bool calibration_is_guessed = false;
     FeatureAssembler::Counts parts;
+    MeasurementIntake::Counts measurements;
+    std::int64_t measurements_dropped = 0;
   };
   // Rates are over the time since the last call with `new_period`.
   status_t make(const std::string& camera, const Counts& counts, const StreamBook& streams,

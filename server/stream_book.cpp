@@ -27,7 +27,7 @@ void StreamBook::begin(std::int64_t publisher) {
   counts_.pop_back();
 }
 
-void StreamBook::count(const FrameArrival& arrival, std::int64_t dropped_before,
+bool StreamBook::count(const FrameArrival& arrival, std::int64_t dropped_before,
                        StreamCounts& counts) {
   const std::int64_t seq = arrival.seq;
   // A lower number of a newer image: the same publisher, that counts anew.
@@ -42,7 +42,7 @@ void StreamBook::count(const FrameArrival& arrival, std::int64_t dropped_before,
                                                       : std::bitset<kWindow>();
     seen_.set(0);
     highest_ = seq;
-    return;
+    return true;
   }
   const std::int64_t back = highest_ - seq;
   if (back < static_cast<std::int64_t>(kWindow) && !seen_[static_cast<std::size_t>(back)]) {
@@ -50,13 +50,14 @@ void StreamBook::count(const FrameArrival& arrival, std::int64_t dropped_before,
     ++counts.reordered;
     // What came before the first was never counted as missing.
     if (seq > first_) counts.missing = std::max<std::int64_t>(0, counts.missing - 1);
-    return;
+    return true;
   }
   // So far back that nobody knows: nothing is that late, but a publisher may send again.
   ++counts.duplicates;
+  return false;
 }
 
-void StreamBook::note(const FrameArrival& arrival, std::int64_t dropped_before) {
+bool StreamBook::note(const FrameArrival& arrival, std::int64_t dropped_before) {
   if (counts_.empty() || counts_.front().publisher != arrival.publisher) begin(arrival.publisher);
   StreamCounts& counts = counts_.front();
   ++counts.frames;
@@ -64,7 +65,7 @@ void StreamBook::note(const FrameArrival& arrival, std::int64_t dropped_before) 
     const std::int64_t offset = arrival.received_us - arrival.time_us;
     counts.clock_offset_us = std::min(counts.clock_offset_us.value_or(offset), offset);
   }
-  if (arrival.seq >= 0) count(arrival, dropped_before, counts);
+  return arrival.seq < 0 || count(arrival, dropped_before, counts);
 }
 
 std::int64_t StreamBook::missing() const {

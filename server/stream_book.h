@@ -29,7 +29,8 @@ struct StreamCounts {
 class StreamBook {
  public:
   // `dropped_before`: frames that the server itself dropped since the one before. They did arrive.
-  void note(const FrameArrival& arrival, std::int64_t dropped_before);
+  // False when the number had come already, or is so far back that nobody knows.
+  bool note(const FrameArrival& arrival, std::int64_t dropped_before);
 
   // The last publisher first; of a few before.
   const std::vector<StreamCounts>& streams() const { return counts_; }
@@ -43,7 +44,7 @@ class StreamBook {
 
   void begin(std::int64_t publisher);
   void begin_numbers();
-  void count(const FrameArrival& arrival, std::int64_t dropped_before, StreamCounts& counts);
+  bool count(const FrameArrival& arrival, std::int64_t dropped_before, StreamCounts& counts);
 
   std::vector<StreamCounts> counts_;
   std::int64_t first_ = -1, highest_ = -1;  // of the last publisher, since it began

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <compare>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -20,7 +21,14 @@ enum class MeasurementKind : std::int8_t {
 };
 std::string_view name(MeasurementKind kind);
 
+// What its publisher calls it, for the decisions of a run (decision.h).
+struct MeasurementId {
+  std::int64_t publisher = 0, seq = -1;  // -1: nothing
+  auto operator<=>(const MeasurementId&) const = default;
+};
+
 struct AbsoluteMeasurement {
+  MeasurementId id = {};
   MeasurementKind kind = MeasurementKind::kPosition;
   std::int64_t time_us = 0;
   std::int64_t until_us = 0;  // not of a position: the other end, later
@@ -32,12 +40,18 @@ struct AbsoluteMeasurement {
   double length = 0, sigma = 0;
 };
 
+// When it can be used: a position's time, the later of the two of a length.
+inline std::int64_t usable_from_us(const AbsoluteMeasurement& m) {
+  return m.kind == MeasurementKind::kPosition ? m.time_us : m.until_us;
+}
+
 // kNone, kBadMeasurement or kBadMeasurementCovariance: of the numbers alone.
 Reason check_measurement(const AbsoluteMeasurement& measurement);
 
 struct MeasurementCounts {
   struct OfKind {
     std::int64_t used = 0, refused = 0;
+    std::int64_t dropped = 0;  // of those used, with a keyframe that was redundant
   };
   std::map<MeasurementKind, OfKind> kinds;
   std::map<Reason, std::int64_t> refusals;

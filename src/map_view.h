@@ -54,6 +54,9 @@ struct FrameResult {
   // The keyframe's job that was adopted since the frame before, 0 none, kAdoptedAtOnce where this
   // frame became a keyframe itself: what a live run decides by timing (keyframe_job.h).
   std::int64_t adopted_job = 0;
+  // The absolute measurements that the mapper took since the frame before, of those that have a
+  // name: decided by timing, too.
+  std::vector<MeasurementId> measurements = {};
 };
 
 // Users are given a pose's covariance as of (centre, rotation); inside it is of (rotation, centre).

@@ -146,6 +146,7 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
     state.warn_of_bounds(result);
     state.nis.warn(result, state.sigma_factor());
     result.adopted_job = std::exchange(state.adopted_job, 0);
+    result.measurements = std::exchange(state.measured, {});
     result.map_updated = std::exchange(state.map_changed, false);
   }
   result.map_id = state.map_id;
@@ -159,6 +160,8 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
 
 Reason Mapper::add_measurement(const AbsoluteMeasurement& measurement) {
   const Reason reason = state_->desk.add(measurement);
+  if (reason == Reason::kNone && measurement.id.seq >= 0)
+    state_->measured.push_back(measurement.id);
   state_->count_measurements();
   return reason;
 }

@@ -31,7 +31,10 @@ Reason Mapper::State::adopt(KeyframeJob job) {
   if (work.news) live->news = std::move(*work.news);
   calibration = std::move(*work.calibration);
   live->full = work.insertion.reason == Reason::kMapFull;
-  if (work.insertion.reason != Reason::kNone) return work.insertion.reason;
+  if (work.insertion.reason != Reason::kNone) {
+    desk.put_back(std::move(work.measurements.entries), work.insertion.reason);
+    return work.insertion.reason;
+  }
   // Where the camera is, seen from its reference, has not changed.
   Rigid3 reference_before = live->map().pose(live->reference);
   if (work.after->epoch() != live->map().epoch()) {
@@ -73,6 +76,7 @@ void Mapper::State::adopt_beside(FrameResult& result) {
   KeyframeJob job = finish_job();
   if (!live || job.work().map_id != map_id) {  // of a map that was given up
     adopted_job = job.id();
+    desk.put_back(std::move(job.work().measurements.entries), Reason::kNone);
     return;
   }
   const std::int64_t time_us = job.work().observed->frame.time_us;

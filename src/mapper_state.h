@@ -73,6 +73,7 @@ struct Mapper::State {
   // Since the last frame that was not refused; a fault meanwhile must not make them forgotten.
   std::int64_t adopted_job = 0;  // 0 none
   bool map_changed = false;
+  std::vector<MeasurementId> measured;
 
   // mapper.cpp: what comes in, and what is said of it
   FrameCheck check(const FeatureFrame& frame);

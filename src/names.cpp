@@ -34,6 +34,10 @@ std::string_view name(TrackingState state) {
   return "UNKNOWN";
 }
 
+std::string_view name(ScaleStatus status) {
+  return status == ScaleStatus::kFixed ? "metric" : "arbitrary";
+}
+
 std::string_view name(InnovationKind kind) {
   switch (kind) {
     case InnovationKind::kSight:

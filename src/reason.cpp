@@ -108,6 +108,9 @@ constexpr std::array kTexts{
     ReasonText{Reason::kTooManyMeasurements, "TOO_MANY_MEASUREMENTS",
                "too many absolute measurements wait for their images",
                "send them at a lower rate, or after the images of their time"},
+    ReasonText{Reason::kMeasurementRepeated, "MEASUREMENT_REPEATED",
+               "an absolute measurement of this publisher and number has come already",
+               "give every start of the publisher a number of its own, and count from it by one"},
     ReasonText{Reason::kInternalError, "INTERNAL_ERROR",
                "a fault inside eifmap; the frame was left out", "please report it with the log"},
 };

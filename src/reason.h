@@ -49,6 +49,7 @@ enum class Reason : std::int16_t {
   kMeasurementTooLong = 85,
   kMeasurementWithoutBaseline = 86,
   kTooManyMeasurements = 87,
+  kMeasurementRepeated = 88,
   // The server's own
   kInternalError = 60,
 };

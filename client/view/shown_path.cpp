@@ -9,6 +9,12 @@ void ShownPath::add(const Eigen::Vector3d& position) {
   changed_ = true;
 }
 
+void ShownPath::scale_by(double factor) {
+  for (Step& step : steps_) step.position *= static_cast<float>(factor);
+  sent_ = 0;
+  changed_ = true;
+}
+
 void ShownPath::clear() {
   steps_.clear();
   sent_ = 0;

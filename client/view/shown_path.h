@@ -18,6 +18,8 @@ class ShownPath {
   static constexpr std::size_t kMaxSteps = 1 << 16;
 
   void add(const Eigen::Vector3d& position);
+  // Of all steps so far: their unit is another now.
+  void scale_by(double factor);
   void interrupt() { joined_ = false; }
   void clear();
 

@@ -1,6 +1,7 @@
 #include "client/view/view_model.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "client/view/view_json.h"
 #include "names.h"
@@ -53,11 +54,13 @@ void ViewModel::take(const PublishedPose& message, Clock::time_point now) {
   const FrameResult& pose = message.result;
   if (!take_epoch(message.origin.server_epoch, now)) return;
   if (pose.map_id != 0 && !take_map_id(pose.map_id)) return;
+  take_scale(pose.scale);
   pose_ = pose;
   status_is_newer_ = false;
   if (pose.state == TrackingState::kTracking) {
     tracked_ = pose;
-    path_.add(pose.map_from_camera.translation);
+    const bool is_late = pose.scale.status != scale_.status;  // said before the map became metric
+    path_.add((is_late ? scale_.metres_per_unit : 1) * pose.map_from_camera.translation);
   } else {
     path_.interrupt();
   }
@@ -122,8 +125,19 @@ bool ViewModel::take_map_id(std::int64_t map_id) {
   return true;
 }
 
+// The path is of published poses: those before the map became metric are in its old unit.
+void ViewModel::take_scale(const ScaleState& scale) {
+  if (scale.status == ScaleStatus::kFree) return;
+  if (scale_.status == ScaleStatus::kFree && !path_.steps().empty()) {
+    path_.scale_by(scale.metres_per_unit);
+    tell("the map is in metres now");
+  }
+  scale_ = scale;
+}
+
 void ViewModel::begin_map(std::int64_t map_id) {
   map_id_ = map_id;
+  scale_ = {};
   tracked_.reset();
   path_.clear();
   map_.clear();
@@ -211,7 +225,10 @@ std::string ViewModel::take_increment(Clock::time_point now) {
   describe_pose();
   describe_silence(now);
   if (status_) set("server", view_json::status(*status_));
-  set("map", {{"id", map_id_}, {"lost_updates", assembler_.lost_updates()}});
+  set("map", {{"id", map_id_},
+              {"lost_updates", assembler_.lost_updates()},
+              {"scale", name(scale_.status)},
+              {"scale_sigma", std::isfinite(scale_.sigma) ? Json(scale_.sigma) : Json(nullptr)}});
   set("malformed", malformed_);
 
   Json increment = Json::object();

@@ -8,7 +8,7 @@
 //   keyframes   [id, x, y, z, qw, qx, qy, qz] * n      new or moved, map_from_camera
 //   landmarks   [id, anchor, x, y, z, observations * sign, sigma or -1] * n  in the anchor's frame
 //   removed_keyframes, removed_landmarks               ids
-// Lengths are in map units, rounded to 1e-5.
+// Lengths are in map units (metres where "scale" says "metric"), rounded to 1e-5.
 #pragma once
 
 #include <chrono>
@@ -60,6 +60,7 @@ class ViewModel {
  private:
   bool take_epoch(std::int64_t server_epoch, Clock::time_point now);
   bool take_map_id(std::int64_t map_id);
+  void take_scale(const ScaleState& scale);
   void begin_map(std::int64_t map_id);
   void tell(const std::string& event);
   void set(const char* section, Json value);
@@ -71,6 +72,7 @@ class ViewModel {
 
   std::optional<std::int64_t> server_epoch_;
   std::int64_t map_id_ = 0;             // of path and map; 0 none yet
+  ScaleState scale_;                    // of that map
   std::optional<FrameResult> pose_;     // the last one
   std::optional<FrameResult> tracked_;  // the last with a pose in this map
   std::optional<status_t> status_;      // the last one

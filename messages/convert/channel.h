@@ -13,7 +13,16 @@ inline constexpr std::size_t kMaxCameraName = 24;
 // In the place of a camera: the status of a server that has none yet.
 inline constexpr std::string_view kNoCamera = "server";
 
-enum class ChannelKind { kImage, kFeatures, kCalibration, kPose, kMap, kStatus, kDecision };
+enum class ChannelKind {
+  kImage,
+  kFeatures,
+  kCalibration,
+  kPose,
+  kMap,
+  kStatus,
+  kDecision,
+  kMeasurement
+};
 
 struct Channel {
   std::string camera;

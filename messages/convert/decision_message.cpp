@@ -10,7 +10,9 @@ namespace {
 void scan(LayoutScanner& in) {
   in.skip(4 * 8);  // utime to server_epoch
   in.string("camera", kMaxText);
-  in.skip(2 * 8);  // job, digest
+  in.skip(8);  // job
+  in.array("measurements", in.count("num_measurements", kMaxEntries), 2 * 8);
+  in.skip(8);  // digest
 }
 
 std::string problem(const decision_t& message) {
@@ -18,6 +20,8 @@ std::string problem(const decision_t& message) {
   if (!valid_time(message.utime)) return "utime is " + std::to_string(message.utime);
   if (message.adopted_job < kAdoptedAtOnce)
     return "adopted_job is " + std::to_string(message.adopted_job);
+  for (const measurement_id_t& id : message.measurements)
+    if (id.seq < 0 || !valid_seq(id.seq)) return "a measurement's seq is " + std::to_string(id.seq);
   return "";
 }
 
@@ -31,6 +35,12 @@ decision_t to_message(const PublishedDecision& decision) {
   message.server_epoch = decision.origin.server_epoch;
   message.camera = decision.origin.camera;
   message.adopted_job = decision.decision.adopted_job;
+  for (const MeasurementId& id : decision.decision.measurements) {
+    message.measurements.emplace_back();
+    message.measurements.back().publisher = id.publisher;
+    message.measurements.back().seq = id.seq;
+  }
+  message.num_measurements = static_cast<std::int32_t>(message.measurements.size());
   message.state_digest = decision.decision.state_digest;
   return message;
 }
@@ -44,8 +54,11 @@ Decoded<PublishedDecision> decode_decision(Bytes bytes) {
     return Result::refuse(Reason::kMalformedMessage, found);
   Result result;
   result.value.origin = {message.server_epoch, message.camera};
-  result.value.decision = {message.utime, message.publisher, message.input_seq, message.adopted_job,
-                           message.state_digest};
+  Decision& decision = result.value.decision;
+  decision = {message.utime, message.publisher, message.input_seq, message.adopted_job,
+              message.state_digest};
+  for (const measurement_id_t& id : message.measurements)
+    decision.measurements.push_back({id.publisher, id.seq});
   return result;
 }
 

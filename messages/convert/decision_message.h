@@ -16,7 +16,8 @@ struct PublishedDecision {
 
 decision_t to_message(const PublishedDecision& decision);
 
-// Refuses with kMalformedMessage: sizes, name, time, a job below -1.
+// Refuses with kMalformedMessage: sizes, name, time, a job below -1, a measurement without a
+// number.
 Decoded<PublishedDecision> decode_decision(Bytes bytes);
 
 }  // namespace eifmap

@@ -88,7 +88,8 @@ bool MapAssembler::apply_ready() {
 }
 
 void MapAssembler::apply(const MapUpdate& update) {
-  if (update.base_seq == -1) {
+  // Of another epoch: what was before is in another unit, also where the whole map was lost.
+  if (update.base_seq == -1 || update.map_epoch != map_.map_epoch) {
     map_.keyframes.clear();
     map_.landmarks.clear();
     map_.observed.clear();

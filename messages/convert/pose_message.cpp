@@ -3,6 +3,7 @@
 #include "convert/channel.h"
 #include "convert/layout.h"
 #include "convert/pose_fields.h"
+#include "convert/scale_fields.h"
 
 namespace eifmap {
 namespace {
@@ -10,8 +11,8 @@ namespace {
 void scan(LayoutScanner& in) {
   in.skip(7 * 8);  // utime to map_seq
   in.string("camera", kMaxText);
-  // state, source, covariance_status, reason; pose; covariance; reference; matches, inliers
-  in.skip(3 + 2 + 7 * 8 + 36 * 8 + 8 + 7 * 8 + 2 * 4);
+  // state, source, covariance_status, reason; pose; covariance; reference; scale; matches, inliers
+  in.skip(3 + 2 + 7 * 8 + 36 * 8 + 8 + 7 * 8 + 1 + 2 * 8 + 2 * 4);
 }
 
 std::string problem(const pose_t& message) {
@@ -28,6 +29,7 @@ std::string problem(const pose_t& message) {
       !valid_pose(message.reference_position, message.reference_quaternion))
     return "the pose is not finite or not a rotation";
   if (!all_finite(message.covariance, 36)) return "the covariance is not finite";
+  if (!valid_scale(message)) return "the scale is no scale";
   if (message.num_matches < 0 || message.num_inliers < 0) return "a negative count of matches";
   return "";
 }
@@ -56,6 +58,7 @@ pose_t to_message(const PublishedPose& pose) {
   message.reference_keyframe = result.reference_keyframe;
   write_pose(result.reference_from_camera, message.reference_position,
              message.reference_quaternion);
+  write_scale(result.scale, message);
   message.num_matches = result.num_matches;
   message.num_inliers = result.num_inliers;
   return message;
@@ -89,6 +92,7 @@ Decoded<PublishedPose> decode_pose(Bytes bytes) {
   result.reference_keyframe = message.reference_keyframe;
   result.reference_from_camera =
       read_pose(message.reference_position, message.reference_quaternion);
+  result.scale = read_scale(message);
   result.num_matches = message.num_matches;
   result.num_inliers = message.num_inliers;
   return decoded_pose;

@@ -22,7 +22,7 @@ struct PublishedPose {
 pose_t to_message(const PublishedPose& pose);
 
 // Refuses with kMalformedMessage: sizes, name, time, unknown codes, a pose that is not finite or
-// not a rotation.
+// not a rotation, a scale that is none.
 Decoded<PublishedPose> decode_pose(Bytes bytes);
 
 }  // namespace eifmap

@@ -2,6 +2,7 @@
 
 #include "convert/layout.h"
 #include "convert/limits.h"
+#include "convert/scale_fields.h"
 
 namespace eifmap {
 namespace {
@@ -9,9 +10,11 @@ namespace {
 void scan(LayoutScanner& in) {
   in.skip(2 * 8);  // utime, start_utime
   for (const char* name : {"name", "version", "host", "camera"}) in.string(name, kMaxText);
-  in.skip(4 + 4 * 8 + 1 + 1 + 2);  // pid; epochs and map; state, level, reason
+  in.skip(4 + 4 * 8);              // pid; epochs and map
+  in.skip(1 + 2 * 8 + 1 + 1 + 2);  // scale; state, level, reason
   for (const char* name : {"message", "hint"}) in.string(name, kMaxText);
-  in.skip(8 * 8 + 4 * 4 + 4 * 4 + 4 + 8);  // counters; rates, latencies; counts; nis_ratio; rss_bytes
+  in.skip(8 * 8 + 4 * 4 + 4 * 4 + 4 +
+          8);  // counters; rates, latencies; counts; nis_ratio; rss_bytes
   const std::size_t n = in.count("num_diagnostics", kMaxText);
   for (std::size_t i = 0; i < n && in.ok(); ++i)
     for (const char* name : {"diagnostic key", "diagnostic value"}) in.string(name, kMaxText);
@@ -29,6 +32,8 @@ Decoded<status_t> decode_status(Bytes bytes) {
   if (status.level < status_t::LEVEL_OK || status.level > status_t::LEVEL_ERROR)
     return Decoded<status_t>::refuse(Reason::kMalformedMessage,
                                      "level is " + std::to_string(status.level));
+  if (!valid_scale(status))
+    return Decoded<status_t>::refuse(Reason::kMalformedMessage, "the scale is no scale");
   return decoded;
 }
 

@@ -7,8 +7,8 @@
 
 namespace eifmap {
 
-// Refuses with kMalformedMessage: sizes, state or level out of range. The texts are at most 4096
-// bytes each, of any kind: escape them where they are shown.
+// Refuses with kMalformedMessage: sizes, state, level or scale out of range. The texts are at most
+// 4096 bytes each, of any kind: escape them where they are shown.
 Decoded<status_t> decode_status(Bytes bytes);
 
 }  // namespace eifmap

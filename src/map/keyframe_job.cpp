@@ -19,7 +19,7 @@ void KeyframeJob::run() {
   KeyframeWork& work = *work_;
   work.after = std::make_shared<Map>(*work.before);  // which shares what stays as it is
   const int epoch = work.after->epoch();
-  add_measurements(*work.after, std::move(work.measurements), work.options.measurement);
+  add_measurements(*work.after, std::move(work.measurements.placed), work.options.measurement);
   work.insertion =
       insert_keyframe(*work.after, work.observed, work.tracking, work.hardly_seen, work.options);
   if (work.insertion.reason == Reason::kNone)

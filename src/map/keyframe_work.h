@@ -9,6 +9,7 @@
 #include "map/keyframe_insertion.h"
 #include "map/map.h"
 #include "map/map_news.h"
+#include "map/measurement_desk.h"
 #include "map/tracking.h"
 #include "map_view.h"
 #include "options.h"
@@ -21,7 +22,7 @@ struct KeyframeWork {
   std::shared_ptr<const ObservedFrame> observed;
   Tracking tracking;             // of the frame in `before`
   std::vector<int> hardly_seen;  // landmarks (tracks), see SightCounts
-  std::vector<PlacedMeasurement> measurements;
+  MeasurementDesk::Taken measurements;
   std::shared_ptr<const Map> before;  // read by the tracking meanwhile
   std::optional<MapNews> news;        // of `before`; none: nobody wants updates of the map
   std::optional<CalibrationCheck> calibration;  // its pairs so far; run() adds to them

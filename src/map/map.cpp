@@ -43,6 +43,10 @@ void Map::remove_keyframe(int keyframe) {
       keyframes_.write(edge.i).spent[match.a] = keyframes_.write(edge.j).spent[match.b] = 0;
     return true;
   });
+  for (const FilterAbsolute& absolute : filter_.absolutes())
+    if (absolute.observation.kind == AbsoluteObservation::Kind::kPosition &&
+        absolute.observation.points.front().pose == keyframe)
+      ++scale_.counts.kinds[MeasurementKind::kPosition].dropped;
   filter_.remove_pose(keyframe);
 
   Keyframe& old = keyframes_.write(keyframe);

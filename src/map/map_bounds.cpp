@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "map/map_scale.h"
 #include "map/redundancy.h"
 
 namespace eifmap {
@@ -117,7 +118,7 @@ std::vector<int> most_redundant_first(const Map& map, int reference) {
   stays.push_back(map.newest());
   std::vector<std::pair<double, int>> ranked;
   for (int k = 2; k < map.num_keyframes(); ++k)
-    if (!map.is_removed(k) && !map.filter().has_absolute(k) &&
+    if (!map.is_removed(k) && is_spare(map, k) &&
         std::find(stays.begin(), stays.end(), k) == stays.end())
       ranked.emplace_back(-redundancy(map, k, kThreeSights), k);
   std::sort(ranked.begin(), ranked.end());

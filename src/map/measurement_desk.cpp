@@ -8,12 +8,11 @@
 namespace eifmap {
 namespace {
 
+// Nobody measures further ahead of the images: a wrong clock, which must not fill the desk.
+constexpr std::int64_t kMostAheadUs = 60'000'000;
+
 // Frames kept: a distance may reach back some ten minutes at 30 Hz.
 constexpr std::size_t kMostFrames = 20'000;
-
-std::int64_t last_time(const AbsoluteMeasurement& m) {
-  return m.kind == MeasurementKind::kPosition ? m.time_us : m.until_us;
-}
 
 PlacedPoint point_of(const PlacedFrame& frame, const Eigen::Vector3d& lever) {
   const Eigen::Matrix3d turn = frame.keyframe_from_camera.matrix();
@@ -34,7 +33,7 @@ Reason MeasurementDesk::add(const AbsoluteMeasurement& measurement) {
   if (reason == Reason::kNone && num_waiting() >= options_.max_waiting)
     reason = Reason::kTooManyMeasurements;
   if (reason == Reason::kNone)
-    waiting_.push_back(measurement);
+    waiting_.push_back({measurement});
   else
     refused_.add(measurement.kind, reason);
   return reason;
@@ -113,23 +112,42 @@ Reason MeasurementDesk::place(const Map& map, const AbsoluteMeasurement& m,
   return place(map, m.until_us, no_lever, placed.points.back());
 }
 
-std::vector<PlacedMeasurement> MeasurementDesk::take(const Map& map) {
-  std::vector<PlacedMeasurement> taken;
+MeasurementDesk::Taken MeasurementDesk::take(const Map& map) {
+  Taken taken;
   if (frames_.empty()) return taken;
-  const auto is_due = [this](const AbsoluteMeasurement& m) {
-    return last_time(m) <= frames_.back().time_us;
+  std::erase_if(waiting_, [this](const Entry& entry) {
+    const AbsoluteMeasurement& m = entry.measurement;
+    if (usable_from_us(m) <= frames_.back().time_us + kMostAheadUs) return false;
+    refused_.add(m.kind, Reason::kMeasurementWithoutFrame);
+    return true;
+  });
+  const auto is_due = [this](const Entry& entry) {
+    return usable_from_us(entry.measurement) <= frames_.back().time_us;
   };
-  for (const AbsoluteMeasurement& measurement : waiting_) {
-    if (!is_due(measurement)) continue;
+  for (const Entry& entry : waiting_) {
+    if (!is_due(entry)) continue;
     PlacedMeasurement placed;
-    const Reason reason = place(map, measurement, placed);
-    if (reason == Reason::kNone)
-      taken.push_back(std::move(placed));
-    else
-      refused_.add(measurement.kind, reason);
+    const Reason reason = place(map, entry.measurement, placed);
+    if (reason == Reason::kNone) {
+      taken.placed.push_back(std::move(placed));
+      taken.entries.push_back(entry);
+    } else {
+      refused_.add(entry.measurement.kind, reason);
+    }
   }
   std::erase_if(waiting_, is_due);
   return taken;
+}
+
+void MeasurementDesk::put_back(std::vector<Entry> entries, Reason reason) {
+  constexpr int kMostFailures = 2;
+  if (reason != Reason::kNone && reason != Reason::kMapFull)
+    std::erase_if(entries, [&](Entry& entry) {
+      if (++entry.failures < kMostFailures) return false;
+      refused_.add(entry.measurement.kind, reason);
+      return true;
+    });
+  waiting_.insert(waiting_.begin(), entries.begin(), entries.end());
 }
 
 }  // namespace eifmap

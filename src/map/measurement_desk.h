@@ -44,8 +44,21 @@ class MeasurementDesk {
   void make_metric(double metres_per_unit);
   void forget_frames() { frames_.clear(); }
 
+  // One that waits, or was taken.
+  struct Entry {
+    AbsoluteMeasurement measurement;
+    int failures = 0;  // of the keyframe that it was to enter the map with
+  };
   // Those whose time has passed, placed in the map or refused, in the order of adding.
-  std::vector<PlacedMeasurement> take(const Map& map);
+  struct Taken {
+    std::vector<PlacedMeasurement> placed;
+    std::vector<Entry> entries;  // what was placed
+  };
+  Taken take(const Map& map);
+  // Taken ones of a keyframe that did not come into the map, for `reason`: with the next one. A
+  // full map and one that was given up (kNone) are no fault of theirs; with two keyframes that
+  // failed they are refused, since they may be the reason.
+  void put_back(std::vector<Entry> entries, Reason reason);
 
   const MeasurementCounts& refused() const { return refused_; }
   int num_waiting() const { return static_cast<int>(waiting_.size()); }
@@ -57,7 +70,7 @@ class MeasurementDesk {
                PlacedMeasurement& placed) const;
 
   MeasurementOptions options_;
-  std::vector<AbsoluteMeasurement> waiting_;
+  std::vector<Entry> waiting_;
   std::deque<PlacedFrame> frames_;  // of the map in use, by time
   MeasurementCounts refused_;
 };

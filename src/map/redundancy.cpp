@@ -1,5 +1,7 @@
 #include "map/redundancy.h"
 
+#include "map/map_scale.h"
+
 namespace eifmap {
 
 double redundancy(const Map& map, int keyframe, int enough_views) {
@@ -18,9 +20,9 @@ std::optional<int> redundant_keyframe(const Map& map, int reference,
   double most = options.redundant_share;
   const std::vector<int> shared = map.num_shared(reference);
   for (int k = 2; k < map.num_keyframes() - options.keep_newest; ++k) {
-    if (shared[k] == 0 || map.filter().has_absolute(k)) continue;
+    if (shared[k] == 0) continue;
     const double share = redundancy(map, k, options.enough_views);
-    if (share < most || (found && share == most)) continue;
+    if (share < most || (found && share == most) || !is_spare(map, k)) continue;
     most = share;
     found = k;
   }

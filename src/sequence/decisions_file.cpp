@@ -28,6 +28,19 @@ class LineReader {
     else if (there || !optional)
       ok_ = false;
   }
+  // "measurements": [[publisher, seq], ...], left out where there are none.
+  void take(std::vector<MeasurementId>& ids) {
+    const auto found = json_.is_object() ? json_.find("measurements") : json_.end();
+    if (!json_.is_object() || found == json_.end()) return;
+    ok_ = ok_ && found->is_array();
+    if (!ok_) return;
+    for (const Json& id : *found) {
+      ok_ = ok_ && id.is_array() && id.size() == 2 && id[0].is_number_integer() &&
+            id[1].is_number_integer();
+      if (!ok_) return;
+      ids.push_back({id[0].get<std::int64_t>(), id[1].get<std::int64_t>()});
+    }
+  }
   bool ok() const { return ok_; }
 
  private:
@@ -43,6 +56,7 @@ Line read_line(const std::string& text) {
   in.take("publisher", decision.publisher);
   in.take("seq", decision.seq);
   in.take("adopted_job", decision.adopted_job);
+  in.take(decision.measurements);
   in.take("state_digest", decision.state_digest);
   in.take("server_epoch", line.server_epoch, true);
   if (!in.ok()) line.problem = "is no decision as eifmap log and eifmap-server write them";
@@ -66,6 +80,8 @@ std::string line_of(const Decision& decision, std::int64_t server_epoch) {
                {"seq", decision.seq},
                {"adopted_job", decision.adopted_job},
                {"state_digest", decision.state_digest}};
+  for (const MeasurementId& id : decision.measurements)
+    json["measurements"].push_back({id.publisher, id.seq});
   if (server_epoch != 0) json["server_epoch"] = server_epoch;
   return json.dump();
 }

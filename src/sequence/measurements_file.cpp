@@ -27,7 +27,7 @@ class LineReader {
     if (value && !value->is_string()) complain(quoted(key) + " is no text");
     return problem_.empty() ? value->get<std::string>() : "";
   }
-  std::int64_t time_us(const char* key) {
+  std::int64_t integer(const char* key) {
     const Json* value = find(key);
     if (value && !value->is_number_integer()) complain(quoted(key) + " is no whole number");
     return problem_.empty() ? value->get<std::int64_t>() : 0;
@@ -83,7 +83,7 @@ void read_position(LineReader& in, AbsoluteMeasurement& m) {
 }
 
 void read_length(LineReader& in, AbsoluteMeasurement& m) {
-  m.until_us = in.time_us("utime2");
+  m.until_us = in.integer("utime2");
   m.length = in.number("length");
   m.sigma = in.number("sigma");
   if (in.ok() && m.until_us <= m.time_us) in.complain("\"utime2\" is not after \"utime\"");
@@ -92,13 +92,18 @@ void read_length(LineReader& in, AbsoluteMeasurement& m) {
 std::string read_line(const std::string& text, AbsoluteMeasurement& m) {
   LineReader in(text);
   const std::string kind = in.text("kind");
-  m.time_us = in.time_us("utime");
+  m.time_us = in.integer("utime");
   if (kind == "position")
     read_position(in, m);
   else if (kind == "distance" || kind == "odometry")
     read_length(in, m);
   else
     in.complain("\"kind\" is " + kind + ", wanted position, distance or odometry");
+  if (in.has("publisher") || in.has("seq")) {
+    m.id.publisher = in.integer("publisher");
+    m.id.seq = in.integer("seq");
+    if (in.ok() && m.id.seq < 0) in.complain("\"seq\" is below 0");
+  }
   m.kind = kind == "position"   ? MeasurementKind::kPosition
            : kind == "distance" ? MeasurementKind::kDistance
                                 : MeasurementKind::kOdometry;
@@ -111,17 +116,38 @@ std::string read_line(const std::string& text, AbsoluteMeasurement& m) {
 
 }  // namespace
 
-std::int64_t usable_from_us(const AbsoluteMeasurement& m) {
-  return m.kind == MeasurementKind::kPosition ? m.time_us : m.until_us;
+std::string line_of(const AbsoluteMeasurement& m) {
+  Json json{{"kind", name(m.kind)}, {"utime", m.time_us}};
+  if (m.kind == MeasurementKind::kPosition) {
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rows = m.covariance;
+    json["position"] = std::vector<double>(m.position.begin(), m.position.end());
+    json["covariance"] = std::vector<double>(rows.data(), rows.data() + 9);
+    json["lever"] = std::vector<double>(m.lever.begin(), m.lever.end());
+  } else {
+    json["utime2"] = m.until_us;
+    json["length"] = m.length;
+    json["sigma"] = m.sigma;
+  }
+  if (m.id.seq >= 0) {
+    json["publisher"] = m.id.publisher;
+    json["seq"] = m.id.seq;
+  }
+  return json.dump();
 }
 
 MeasurementsFile read_measurements(const std::filesystem::path& file) {
   MeasurementsFile read;
-  read.problem = for_each_text(file, [&read](const std::string& text) {
+  std::set<MeasurementId> ids;
+  read.problem = for_each_text(file, [&](const std::string& text) {
     AbsoluteMeasurement measurement;
     std::string problem = read_line(text, measurement);
-    if (problem.empty()) read.measurements.push_back(measurement);
-    return problem;
+    if (!problem.empty()) return problem;
+    if (measurement.id.seq < 0)
+      measurement.id.seq = static_cast<std::int64_t>(read.measurements.size());
+    if (!ids.insert(measurement.id).second)
+      return std::string("its publisher and seq are those of a line before");
+    read.measurements.push_back(measurement);
+    return std::string();
   });
   if (!read.problem.empty()) return {{}, read.problem};
   if (read.measurements.empty()) return {{}, file.string() + ": has no measurements"};

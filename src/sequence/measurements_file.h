@@ -3,7 +3,8 @@
 //   {"kind": "distance", "utime": US, "utime2": US, "length": M, "sigma": M}
 //   {"kind": "odometry", "utime": US, "utime2": US, "length": M, "sigma": M}
 // A position may have a "covariance" of nine numbers, by rows, in the place of "sigma", and a
-// "lever" [X, Y, Z]: where on the camera it is, in its frame.
+// "lever" [X, Y, Z]: where on the camera it is, in its frame. What a server and a log write has its
+// name, too, "publisher" and "seq"; without, publisher is 0 and seq counts the lines from 0.
 #pragma once
 
 #include <filesystem>
@@ -14,14 +15,14 @@
 
 namespace eifmap {
 
+// Without the line's end: what is read back is the same to the bit.
+std::string line_of(const AbsoluteMeasurement& measurement);
+
 struct MeasurementsFile {
   // By the time from which they can be used: a position's, the later of the two of a length.
   std::vector<AbsoluteMeasurement> measurements;
   std::string problem;  // "" or what is wrong, with file and line
 };
 MeasurementsFile read_measurements(const std::filesystem::path& file);
-
-// When it can be used, as above.
-std::int64_t usable_from_us(const AbsoluteMeasurement& measurement);
 
 }  // namespace eifmap

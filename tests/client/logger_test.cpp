@@ -7,6 +7,7 @@
 #include "bus/lcm_bus.h"
 #include "convert/channel.h"
 #include "sequence/decisions_file.h"
+#include "sequence/measurements_file.h"
 #include "sequence/temporary_folder.h"
 #include "sequence/tum.h"
 
@@ -72,6 +73,36 @@ TEST_F(LoggerTest, TrajectoryIsTheTextOfTheServersOwn) {
   EXPECT_NE(lines.find("\"state\":\"LOST\""), std::string::npos);
 }
 
+// One map becomes metric on the way, another after its last pose, a third never.
+TEST_F(LoggerTest, TheTrajectoryIsInMetresInTheEnd) {
+  std::vector<TimedPose> expected;
+  const auto add = [&](int i, std::int64_t map_id, ScaleStatus scale, double factor) {
+    auto message = pose(i, TrackingState::kTracking);
+    message.result.map_id = map_id;
+    message.result.scale.status = scale;
+    if (scale == ScaleStatus::kFixed) message.result.scale.metres_per_unit = 4;
+    send("cam", ChannelKind::kPose, encode(to_message(message)));
+    expected.push_back({message.result.time_us, message.result.map_from_camera});
+    expected.back().world_from_camera.translation *= factor;
+  };
+  for (int i = 0; i < 3; ++i) add(i, 1, ScaleStatus::kFree, 4);
+  for (int i = 3; i < 6; ++i) add(i, 1, ScaleStatus::kFixed, 1);
+  for (int i = 6; i < 8; ++i) add(i, 2, ScaleStatus::kFree, 1);
+  for (int i = 8; i < 10; ++i) add(i, 3, ScaleStatus::kFree, 0.5);
+  status_t status{};
+  status.camera = "cam";
+  status.server_epoch = 5;
+  status.map_id = 3;
+  status.scale = status_t::SCALE_METRIC;
+  status.metres_per_unit = 0.5;
+  send("cam", ChannelKind::kStatus, encode(status));
+  EXPECT_EQ(logger_->finish(), "");
+  ASSERT_EQ(write_tum(folder_.path() / "expected.tum", expected), "");
+  EXPECT_EQ(text("trajectory.tum"), read_text(folder_.path() / "expected.tum"));
+  EXPECT_NE(text("status.jsonl").find("\"scale\":\"metric\",\"metres_per_unit\":0.5"),
+            std::string::npos);
+}
+
 TEST_F(LoggerTest, TheMapIsPutTogetherFromItsParts) {
   MapUpdate update;
   update.map_id = 1;
@@ -102,10 +133,12 @@ TEST_F(LoggerTest, DecisionsAreThereForAReplay) {
   std::vector<Decision> made;
   for (int i = 0; i < 20; ++i) {
     made.push_back({1000 + i, 9, i, i % 5, 77 * i});
-    const PublishedDecision decision{{5, "cam"}, made.back()};
-    send("cam", ChannelKind::kDecision, encode(to_message(decision)));
-    send("other", ChannelKind::kDecision,
-         encode(to_message(PublishedDecision{{5, "other"}, made.back()})));
+    PublishedDecision decision;
+    decision.decision = made.back();
+    for (const char* camera : {"cam", "other"}) {
+      decision.origin = {5, camera};
+      send(camera, ChannelKind::kDecision, encode(to_message(decision)));
+    }
     const auto read = read_decisions(folder_.path() / "log" / "decisions.jsonl");
     ASSERT_EQ(read.problem, "");
     ASSERT_EQ(read.decisions, made) << "each is there at once";
@@ -116,6 +149,29 @@ TEST_F(LoggerTest, DecisionsAreThereForAReplay) {
   EXPECT_NE(read.problem.find("decisions.jsonl line 21: another run of the server begins"),
             std::string::npos)
       << read.problem;
+}
+
+TEST_F(LoggerTest, MeasurementsAreThereForAReplay) {
+  const auto measurement = [](std::int64_t seq, const std::string& camera = "cam") {
+    AbsoluteMeasurement m;
+    m.id = {9, seq};
+    m.time_us = 1000 + seq;
+    m.position = {1.0 / 3, 2, static_cast<double>(seq)};
+    return NamedMeasurement{camera, m};
+  };
+  const auto send_one = [&](const NamedMeasurement& m) {
+    send(m.camera, ChannelKind::kMeasurement, encode(to_message(m)));
+  };
+  send_one(measurement(0, "other"));
+  send_one(measurement(1));
+  EXPECT_EQ(text("measurements.jsonl"), "") << "nobody knows yet which camera is logged";
+  send("cam", ChannelKind::kPose, encode(to_message(pose(0, TrackingState::kTracking))));
+  for (const int seq : {2, 4, 2, 3, 1}) send_one(measurement(seq));
+  send_one(measurement(9, "other"));
+  std::string expected;
+  for (const int seq : {1, 2, 4, 3}) expected += line_of(measurement(seq).measurement) + "\n";
+  EXPECT_EQ(text("measurements.jsonl"), expected) << "each once, as it came";
+  EXPECT_EQ(logger_->counts().measurements, 4);
 }
 
 TEST_F(LoggerTest, OneCameraOnly) {
@@ -131,19 +187,20 @@ TEST_F(LoggerTest, OneCameraOnly) {
 
 TEST_F(LoggerTest, GarbageIsCountedAndPassedOver) {
   const std::vector<std::uint8_t> garbage(40, 0xee);
-  for (const auto kind :
-       {ChannelKind::kPose, ChannelKind::kMap, ChannelKind::kStatus, ChannelKind::kDecision})
+  for (const auto kind : {ChannelKind::kPose, ChannelKind::kMap, ChannelKind::kStatus,
+                          ChannelKind::kDecision, ChannelKind::kMeasurement})
     send("cam", kind, garbage);
   auto bytes = encode(to_message(pose(1, TrackingState::kTracking)));
   bytes.resize(bytes.size() - 9);
   send("cam", ChannelKind::kPose, bytes);
-  EXPECT_EQ(logger_->counts().malformed, 5);
+  EXPECT_EQ(logger_->counts().malformed, 6);
   send("cam", ChannelKind::kPose, encode(to_message(pose(2, TrackingState::kTracking))));
   EXPECT_EQ(logger_->counts().tracked, 1);
 }
 
 TEST_F(LoggerTest, KnowsWhenTheServerStops) {
   status_t status{};
+  status.metres_per_unit = 1;
   status.camera = "cam";
   status.state = status_t::STATE_TRACKING;
   status.message = "not UTF-8: \xff\xfe";
@@ -159,6 +216,7 @@ TEST_F(LoggerTest, KnowsWhenTheServerStops) {
 
 status_t status_of(const std::string& camera, std::int64_t epoch, std::int8_t state) {
   status_t status{};
+  status.metres_per_unit = 1;
   status.camera = camera;
   status.server_epoch = epoch;
   status.state = state;

@@ -10,6 +10,7 @@
 #include "convert/feature_message.h"
 #include "convert/feature_parts.h"
 #include "convert/image_message.h"
+#include "convert/measurement_message.h"
 #include "features/front_end.h"
 #include "sequence/temporary_folder.h"
 
@@ -109,6 +110,36 @@ TEST_F(PublisherTest, AJpegFileTravelsAsItIs) {
     const cv::Mat decoded = cv::imdecode(image.value.data, cv::IMREAD_GRAYSCALE);
     EXPECT_LT(cv::norm(decoded, images->gray(i).image, cv::NORM_L1) / 19200, 3);
   }
+}
+
+// Each right before the first image that is not before it.
+TEST_F(PublisherTest, MeasurementsLeaveNextToTheImagesOfTheirTimes) {
+  Recorder recorder;
+  const auto images = source();
+  auto wanted = options(PublishAs::kRaw);
+  const auto at = [&](std::int64_t time_us) {
+    AbsoluteMeasurement m;
+    m.time_us = time_us;
+    m.position = {1e-6 * static_cast<double>(time_us), 2, 3};
+    wanted.measurements.push_back(m);
+  };
+  for (const int time_us : {9'000'000, 10'000'000, 10'000'001, 10'100'000, 10'300'000}) at(time_us);
+  const auto result = publish(*images, wanted, recorder.sender(), always);
+  EXPECT_EQ(result.problem, "");
+  EXPECT_EQ(result.measurements, 4) << "the last is after the last image";
+  std::string order;
+  std::int64_t seq = 0;
+  for (const auto& message : recorder.messages()) {
+    order += message.channel == "eifmap.left.measurement" ? 'm' : 'i';
+    if (order.back() != 'm') continue;
+    const auto decoded = decode_measurement(message.bytes);
+    ASSERT_TRUE(decoded.ok()) << decoded.detail;
+    EXPECT_EQ(decoded.value.camera, "left");
+    EXPECT_EQ(decoded.value.measurement.id, (MeasurementId{result.publisher, seq}));
+    EXPECT_EQ(decoded.value.measurement.position,
+              wanted.measurements[static_cast<std::size_t>(seq++)].position);
+  }
+  EXPECT_EQ(order, "immimmii") << "the calibration first";
 }
 
 // Whoever extracts, the numbers are the same.

@@ -130,6 +130,11 @@ def options(check, top):
     check([*publish, "--extractor", "orb"], "--extractor: 'orb' is unknown, wanted surf_upright")
     check([*publish, "--as", "png"], "--as: 'png' is unknown, wanted raw, mjpeg or features")
     check([*publish, "--features-cap", "0"], "--features-cap: '0' is out of range, wanted 1 to 100000")
+    measurements = top / "measurements.jsonl"
+    measurements.write_text('{"kind": "position", "utime": 5, "position": [1, 2], "sigma": 1}\n')
+    check([*publish, "--measurements", measurements], "measurements.jsonl line 1: ", "3 numbers")
+    check([*publish, "--measurements", top / "none.jsonl"], "none.jsonl: cannot be read")
+    check([*publish, "--measurements", measurements, "--loop"], "--loop are others: leave one")
     view = ("eifmap", "view")
     check([*view, "--port", "65536"], "--port is 65536, wanted 0 to 65535")
     check([*view, "--address", "localhost"], "--address is 'localhost', wanted an IPv4 address")
@@ -163,6 +168,11 @@ def server(check, top):
     check(["eifmap-server", "--every", "2"], "--every is of recorded images: give them by --sequence")
     check([*run, "--outptu", top / "out"], "'--outptu' means nothing", "did you mean --output?")
     check(["eifmap-server", "--input", "fastest"], "'fastest' is unknown, wanted newest or lossless")
+    decisions = top / "decisions.jsonl"
+    decisions.write_text('{"utime": 5, "publisher": 1, "seq": 0, "adopted_job": 0, '
+                         '"state_digest": 7, "measurements": [[3, 0]]}\n')
+    check([*run, "--output", top / "out", "--decisions", decisions],
+          "1 absolute measurements had a part in that run; give its measurements.jsonl", code=1)
     for image in (good / "images").iterdir():
         image.write_bytes(b"no PNG")
     check([*run, "--output", top / "out"], "none of the 3 images could be used",

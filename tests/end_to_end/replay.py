@@ -3,21 +3,96 @@
 
 Which images it took, and when a keyframe's map was there, was up to the machine. The replay of the
 recorded images with the decisions that were logged must give the logged trajectory byte for byte, and
-the live server's own results. Run it inside a private network (support/private_network.sh).
+the live server's own results. With --metric, positions made from the recording's truth are published
+next to the images: the map must become metric, live, and the log must end with the metric map and path;
+which image each measurement came before was up to the machine, too. Run it inside a private network
+(support/private_network.sh).
 """
 import json
+import math
 import pathlib
+import random
+import struct
 import subprocess
 import tempfile
 
 from processes import fail, lines, live_options, parse_live, run_live
 
+EVERY, SIGMA = 4, 0.02  # images; m
+ORIGIN = (1000.0, -500.0, 40.0)  # m
+SCALE_WITHIN = 0.02
 
-def replay(options, folder, decisions):
+
+def replay(options, folder, decisions, measurements=None):
     """The exit code and what was said."""
-    run = subprocess.run([options.server, "--sequence", options.offline, "--output", folder / "again",
-                          "--decisions", decisions], capture_output=True, text=True)
+    command = [options.server, "--sequence", options.offline, "--output", folder / "again",
+               "--decisions", decisions]
+    if options.metric:
+        command += ["--measurements", measurements or folder / "logged" / "measurements.jsonl"]
+    run = subprocess.run(command, capture_output=True, text=True)
     return run.returncode, run.stderr
+
+
+def measure(options, folder):
+    """Positions of every few images, with noise, for the publisher."""
+    draw = random.Random(1)
+    made = []
+    for line in lines(pathlib.Path(options.offline) / "groundtruth.tum")[::EVERY]:
+        time, *place = map(float, line.split()[:4])
+        made.append({"kind": "position", "utime": round(1e6 * time), "sigma": SIGMA,
+                     "position": [x + o + draw.gauss(0, SIGMA) for x, o in zip(place, ORIGIN)]})
+    file = folder / "measurements.jsonl"
+    file.write_text("".join(json.dumps(m) + "\n" for m in made))
+    options.publish += ["--measurements", file]
+    return len(made)
+
+
+def points(file):
+    """Of a map.ply."""
+    body = file.read_bytes().partition(b"end_header\n")[2]
+    return [point[:3] for point in struct.iter_unpack("<fff3Bi", body)]
+
+
+def expect_metric(options, folder, sent):
+    status = json.loads(lines(folder / "logged" / "status.jsonl")[-1])
+    poses = [json.loads(line) for line in lines(folder / "logged" / "poses.jsonl")]
+    figures = {key: value for key, value in status["diagnostics"].items() if "measurements" in key}
+    print(f"scale {status['scale']}, {status['metres_per_unit']:.4f} m a unit, {figures}")
+    if status["scale"] != "metric" or status["map_epoch"] != 1:
+        fail(f"the map is not metric in the end: {status}")
+    if figures["measurements.arrived"] != str(sent) or figures["measurements.missing"] != "0":
+        fail(f"{sent} measurements were sent, {figures}")
+    if len(lines(folder / "logged" / "measurements.jsonl")) != sent:
+        fail("not every measurement was logged")
+    for pose in poses:
+        if (pose["scale"] == "metric") != (pose["map_epoch"] == 1):
+            fail(f"scale and epoch of a pose disagree: {pose}")
+    if not 5 < sum(pose["map_epoch"] == 1 for pose in poses) < len(poses):
+        fail("the map did not become metric on the way: this shows nothing")
+    result = subprocess.run(
+        [options.client, "eval", "--gt", pathlib.Path(options.offline) / "groundtruth.tum",
+         "--est", folder / "logged" / "trajectory.tum", "--json"],
+        check=True, capture_output=True, text=True)
+    scale = json.loads(result.stdout)["scale"]
+    print(f"the logged path in metres: scale {scale:.4f}")
+    if not abs(scale - 1) <= SCALE_WITHIN:
+        fail(f"the logged path is not in metres: {scale}")
+    logged, live = points(folder / "logged" / "map.ply"), points(folder / "live" / "map.ply")
+    # What moved by less than a hundredth of its depth is not sent again.
+    off = max(math.dist(a, b) / (1 + math.hypot(*b)) for a, b in zip(logged, live))
+    print(f"map of {len(live)} points, {len(logged)} logged, at most {off:.2g} of their distance off")
+    if len(logged) != len(live) or not off < 0.03:
+        fail("the logged map is not the server's")
+
+
+def expect_a_gap_is_said(options, folder):
+    """A measurement that the log has lost."""
+    given = lines(folder / "logged" / "measurements.jsonl")
+    fewer = folder / "fewer.jsonl"
+    fewer.write_text("\n".join(given[:3] + given[4:]) + "\n")
+    code, said = replay(options, folder, folder / "logged" / "decisions.jsonl", fewer)
+    if code != 1 or "1 of the" not in said or "measurements that had a part" not in said:
+        fail(f"a measurement that is missing was not noticed: {code}, {said}")
 
 
 def expect_same(folder, live, again):
@@ -61,6 +136,7 @@ def expect_a_departure(options, folder):
 def main():
     parser = live_options(__doc__)
     parser.add_argument("--hurried", action="store_true", help="images must have been passed over")
+    parser.add_argument("--metric", action="store_true", help="with measurements of the truth")
     parser.add_argument("--max-frames", type=int, default=0, help="publish the first ones alone")
     options = parse_live(parser)
     if options.max_frames:
@@ -68,8 +144,13 @@ def main():
         options.publish += ["--max-frames", str(options.max_frames)]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
+        sent = measure(options, folder) if options.metric else 0
         run_live(options, folder, "newest")
+        if options.metric:
+            expect_metric(options, folder, sent)
         compare(options, folder)
+        if options.metric:
+            expect_a_gap_is_said(options, folder)
         expect_a_departure(options, folder)
 
 

@@ -105,6 +105,31 @@ TEST(Measurements, OneDistanceMakesTheMapMetric) {
   }
 }
 
+// Each that was given is used, refused or still waits, also where the map takes no keyframe more:
+// none may go, since each has a way that ends there.
+TEST(Measurements, NoneIsLostWithAKeyframeThatDoesNotCome) {
+  MapperOptions full;
+  full.bound.max_keyframes = 20;
+  Mapper mapper(synthetic_camera(), full);
+  const SyntheticStream stream(3);
+  std::int64_t given = 0;
+  for (int i = 0; i < 130; ++i) {
+    AbsoluteMeasurement m;
+    m.kind = MeasurementKind::kDistance;
+    m.time_us = stream.frame(i).time_us - 200'000;
+    m.until_us = m.time_us + 200'000;
+    m.length = 0.2;
+    m.sigma = 0.002;
+    given += mapper.add_measurement(m) == Reason::kNone;
+    mapper.process(stream.frame(i));
+  }
+  const MapperStatistics& statistics = mapper.statistics();
+  ASSERT_TRUE(statistics.reasons.contains(Reason::kMapFull)) << "else this shows nothing";
+  const auto& counts = statistics.measurements.kinds.at(MeasurementKind::kDistance);
+  EXPECT_EQ(counts.used + counts.refused + statistics.measurements_waiting, given);
+  EXPECT_GT(statistics.measurements_waiting, 20);
+}
+
 TEST(Measurements, WrongOnesAreRefusedCountedAndCostNothing) {
   Walk walk;
   walk.go([](Mapper& mapper, int i) {

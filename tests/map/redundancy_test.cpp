@@ -14,10 +14,13 @@ struct Walk {
   std::int64_t in_use = 0;
   std::size_t placed = 0;
   int lost = 0;
+  ScaleState scale;
+  MeasurementCounts::OfKind measurements;
+  double farthest = 0;
 };
 
 // So many times along 4 m and back.
-Walk to_and_fro(int times, const MapperOptions& options) {
+Walk to_and_fro(int times, const MapperOptions& options, bool measured = false) {
   constexpr int kSteps = 40;
   const SyntheticStream world;
   Mapper mapper(synthetic_camera(), options);
@@ -25,11 +28,21 @@ Walk to_and_fro(int times, const MapperOptions& options) {
   for (int i = 0; i < 2 * kSteps * times; ++i) {
     const int at = i % (2 * kSteps);
     const double x = 0.1 * (at < kSteps ? at : 2 * kSteps - at);
+    AbsoluteMeasurement position;
+    position.time_us = world.frame(i).time_us;
+    position.position = {100 + x, 50, 0};
+    position.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+    if (measured) mapper.add_measurement(position);
     const FrameResult result =
         mapper.process(world.view(i, {Eigen::Quaterniond::Identity(), {x, 0, 0}}));
     walk.lost += result.state == TrackingState::kLost;
   }
   for (const std::string& problem : mapper.audit()) ADD_FAILURE() << problem;
+  walk.scale = mapper.statistics().scale;
+  if (measured)
+    walk.measurements = mapper.statistics().measurements.kinds.at(MeasurementKind::kPosition);
+  for (const TimedPose& pose : mapper.final_trajectory())
+    walk.farthest = std::max(walk.farthest, pose.world_from_camera.translation.norm());
   walk.in_use = mapper.statistics().keyframes;
   walk.placed = mapper.final_trajectory().size();
   return walk;
@@ -45,6 +58,21 @@ TEST(Redundancy, KnownGroundDoesNotMakeTheMapGrowWithoutEnd) {
   EXPECT_EQ(often.placed, kept.placed) << "also those that are relative to what went";
   EXPECT_LE(often.in_use, once.in_use + options.keyframe.keep_newest);
   EXPECT_GT(kept.in_use, often.in_use);
+}
+
+// Nor with a position of each image, which go with their keyframes.
+TEST(Redundancy, NorDoesTheMapGrowWithSteadyPositions) {
+  const MapperOptions options;
+  const Walk without = to_and_fro(4, options), once = to_and_fro(1, options, true);
+  const Walk often = to_and_fro(4, options, true);
+  EXPECT_EQ(often.lost, 0);
+  EXPECT_LE(often.in_use, without.in_use + 3);
+  EXPECT_GT(often.measurements.dropped, 0);
+  EXPECT_GT(often.measurements.used - often.measurements.dropped, 8);
+  ASSERT_EQ(often.scale.status, ScaleStatus::kFixed);
+  EXPECT_LT(often.scale.sigma, 0.02);
+  EXPECT_NEAR(often.farthest, 4, 0.05);
+  EXPECT_NEAR(once.farthest, 4, 0.05);
 }
 
 TEST(Redundancy, CountsLandmarksThatEnoughOthersSee) {

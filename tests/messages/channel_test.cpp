@@ -10,7 +10,8 @@ namespace {
 
 constexpr ChannelKind kAllKinds[] = {ChannelKind::kImage,       ChannelKind::kFeatures,
                                      ChannelKind::kCalibration, ChannelKind::kPose,
-                                     ChannelKind::kMap,         ChannelKind::kStatus};
+                                     ChannelKind::kMap,         ChannelKind::kStatus,
+                                     ChannelKind::kDecision,    ChannelKind::kMeasurement};
 
 TEST(Channel, WhatIsBuiltParsesBack) {
   for (const char* camera : {"a", "front-left_2", "abcdefghijklmnopqrstuvwx"})

@@ -8,6 +8,7 @@
 #include <new>
 #include <random>
 
+#include "convert/limits.h"
 #include "messages/samples.h"
 
 namespace {
@@ -74,6 +75,7 @@ std::vector<Sample> all_samples() {
       {"image", encode(to_message(samples::image())), decoder(&decode_image)},
       {"pose", encode(to_message(samples::published_pose())), decoder(&decode_pose)},
       {"decision", encode(to_message(samples::published_decision())), decoder(&decode_decision)},
+      {"position", encode(to_message(samples::position())), decoder(&decode_measurement)},
       {"map part", encode(to_message(part)), decoder(&decode_map_part)},
       {"status", encode(samples::status()), decoder(&decode_status)}};
 }
@@ -218,6 +220,72 @@ TEST(Hostile, DecisionValues) {
   EXPECT_EQ(decision_with([](D& d) { d.utime = -1; }), Reason::kMalformedMessage);
   EXPECT_EQ(decision_with([](D& d) { d.camera = "../cam"; }), Reason::kMalformedMessage);
   EXPECT_EQ(decision_with([](D& d) { d.camera = ""; }), Reason::kMalformedMessage);
+  EXPECT_EQ(decision_with([](D& d) { d.measurements[1].seq = -1; }), Reason::kMalformedMessage);
+}
+
+template <class Change>
+Reason measurement_with(const NamedMeasurement& sample, Change change) {
+  measurement_t message = to_message(sample);
+  change(message);
+  return decode_measurement(encode(message)).reason;
+}
+
+TEST(Hostile, MeasurementValues) {
+  using M = measurement_t;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  const auto expect_of = [](const NamedMeasurement& sample, Reason reason, auto change) {
+    EXPECT_EQ(measurement_with(sample, change), reason);
+  };
+  for (const NamedMeasurement& any :
+       {samples::position(), samples::length(), samples::length(MeasurementKind::kOdometry)}) {
+    expect_of(any, Reason::kNone, [](M&) {});
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.utime = -1; });
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.utime2 = 1LL << 60; });
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.publisher = 0; });
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.seq = -1; });
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.seq = kMaxSeq + 1; });
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.camera = "../cam"; });
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.kind = 0; });
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.kind = 9; });
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.value.resize(m.n = 2); });
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.covariance.resize(m.n2 = 0); });
+    expect_of(any, Reason::kMalformedMessage, [](M& m) { m.value.resize(m.n = 4); });
+    expect_of(any, Reason::kBadMeasurement, [=](M& m) { m.value[0] = nan; });
+    expect_of(any, Reason::kBadMeasurement, [=](M& m) { m.value[0] = inf; });
+    expect_of(any, Reason::kBadMeasurement, [=](M& m) { m.value[0] = 1e300; });
+    for (const double bad : {nan, inf, -1.0, 0.0, 1e300})
+      expect_of(any, Reason::kBadMeasurementCovariance, [=](M& m) { m.covariance[0] = bad; });
+  }
+  const NamedMeasurement position = samples::position(), length = samples::length();
+  expect_of(position, Reason::kBadMeasurement, [=](M& m) { m.lever_arm[2] = nan; });
+  expect_of(position, Reason::kBadMeasurementCovariance, [](M& m) { m.covariance[1] = 0.2; });
+  expect_of(position, Reason::kBadMeasurementCovariance,
+            [](M& m) { m.covariance[1] = m.covariance[3] = 5; });  // symmetric and indefinite
+  expect_of(length, Reason::kBadMeasurement, [](M& m) { m.utime2 = m.utime; });
+  expect_of(length, Reason::kBadMeasurement, [](M& m) { m.value[0] = 0; });
+  expect_of(length, Reason::kMalformedMessage, [](M& m) { m.kind = measurement_t::KIND_POSITION; });
+}
+
+// Of a pose and of a status.
+TEST(Hostile, ScaleValues) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto expect = [](bool valid, std::int8_t scale, double metres, double sigma) {
+    pose_t pose = to_message(samples::published_pose());
+    status_t status = samples::status();
+    pose.scale = status.scale = scale;
+    pose.metres_per_unit = status.metres_per_unit = metres;
+    pose.sigma_log_scale = status.sigma_log_scale = sigma;
+    EXPECT_EQ(decode_pose(encode(pose)).ok(), valid);
+    EXPECT_EQ(decode_status(encode(status)).ok(), valid);
+  };
+  expect(true, 0, 1, nan);
+  expect(true, 1, 30, 0.01);
+  expect(false, 2, 1, 0.01);
+  expect(false, -1, 1, 0.01);
+  expect(false, 1, 0, 0.01);
+  expect(false, 1, nan, 0.01);
+  expect(false, 1, 1, -0.01);
 }
 
 template <class Change>

@@ -116,6 +116,27 @@ TEST(MapAssembler, LostUpdateIsCountedAndTheRestGoesOn) {
   EXPECT_EQ(impatient.lost_updates(), 1);
 }
 
+// The whole map with which an epoch begins is lost: what is known of before is in another unit.
+TEST(MapAssembler, EpochsAreNeverMixed) {
+  const auto update = [](std::int64_t epoch, std::int64_t base, std::int64_t first_id) {
+    MapUpdate update = samples::map_update(1, 1, base, first_id);
+    update.map_epoch = epoch;
+    return split_update(update, kOrigin, 0, 32768).at(0);
+  };
+  MapAssembler assembler;
+  assembler.add(update(0, -1, 0));
+  assembler.add(update(0, 0, 10));
+  assembler.add(update(1, 2, 30));
+  assembler.add(update(1, 3, 40));
+  EXPECT_EQ(assembler.map().keyframes.size(), 2u);
+  assembler.finish();
+  EXPECT_GE(assembler.lost_updates(), 1);
+  EXPECT_EQ(assembler.map().map_epoch, 1);
+  EXPECT_EQ(assembler.map().keyframes.size(), 2u);
+  EXPECT_TRUE(assembler.map().keyframes.contains(30));
+  EXPECT_TRUE(assembler.map().keyframes.contains(40));
+}
+
 TEST(MapAssembler, ANewMapReplacesTheOldOne) {
   MapAssembler assembler;
   const auto whole = [](std::int64_t epoch, std::int64_t map_id, std::int64_t first_id) {

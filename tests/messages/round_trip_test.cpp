@@ -89,6 +89,9 @@ TEST(RoundTrip, Pose) {
   EXPECT_EQ(back.reason, pose.result.reason);
   EXPECT_EQ(back.covariance, pose.result.covariance);
   EXPECT_EQ(back.map_seq, pose.result.map_seq);
+  EXPECT_EQ(back.scale.status, ScaleStatus::kFixed);
+  EXPECT_EQ(back.scale.metres_per_unit, pose.result.scale.metres_per_unit);
+  EXPECT_EQ(back.scale.sigma, pose.result.scale.sigma);
   expect_same_pose(back.map_from_camera, pose.result.map_from_camera);
   expect_same_pose(back.reference_from_camera, pose.result.reference_from_camera);
 }
@@ -102,6 +105,37 @@ TEST(RoundTrip, Decision) {
     EXPECT_EQ(decoded.value.decision, decision.decision);
     EXPECT_EQ(decoded.value.origin.server_epoch, decision.origin.server_epoch);
     EXPECT_EQ(decoded.value.origin.camera, decision.origin.camera);
+  }
+}
+
+void expect_same(const AbsoluteMeasurement& a, const AbsoluteMeasurement& b) {
+  EXPECT_EQ(a.id, b.id);
+  EXPECT_EQ(a.kind, b.kind);
+  EXPECT_EQ(a.time_us, b.time_us);
+  EXPECT_EQ(a.until_us, b.until_us);
+  EXPECT_EQ(a.position, b.position);
+  EXPECT_EQ(a.covariance, b.covariance);
+  EXPECT_EQ(a.lever, b.lever);
+  EXPECT_EQ(a.length, b.length);
+  EXPECT_EQ(a.sigma, b.sigma);
+}
+
+TEST(RoundTrip, Measurement) {
+  for (const NamedMeasurement& measurement :
+       {samples::position(), samples::length(), samples::length(MeasurementKind::kOdometry)}) {
+    const Decoded<NamedMeasurement> decoded = decode_measurement(encode(to_message(measurement)));
+    ASSERT_TRUE(decoded.ok()) << decoded.detail;
+    EXPECT_EQ(decoded.value.camera, measurement.camera);
+    expect_same(decoded.value.measurement, measurement.measurement);
+  }
+}
+
+TEST(RoundTrip, AnySigmaToTheBit) {
+  NamedMeasurement length = samples::length();
+  for (double& sigma = length.measurement.sigma; sigma < 100; sigma *= 1.0137) {
+    const auto decoded = decode_measurement(encode(to_message(length)));
+    ASSERT_TRUE(decoded.ok()) << decoded.detail;
+    ASSERT_EQ(decoded.value.measurement.sigma, sigma);
   }
 }
 

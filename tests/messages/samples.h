@@ -8,6 +8,7 @@
 #include "convert/feature_message.h"
 #include "convert/image_message.h"
 #include "convert/map_message.h"
+#include "convert/measurement_message.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
 
@@ -81,13 +82,38 @@ inline PublishedPose published_pose() {
   for (int i = 0; i < 36; ++i) r.covariance(i / 6, i % 6) = 1e-3 * i;
   r.reference_keyframe = 5;
   r.reference_from_camera = pose(-0.1);
+  r.scale = {ScaleStatus::kFixed, 3.7, 0.012};
   r.num_matches = 200;
   r.num_inliers = 150;
   return sample;
 }
 
 inline PublishedDecision published_decision() {
-  return {{42, "cam0"}, {1'700'000'000'000'002, -99, 4, 12, -1234567890123456789}};
+  return {{42, "cam0"},
+          {1'700'000'000'000'002, -99, 4, 12, -1234567890123456789, {{-5, 7}, {3, 0}}}};
+}
+
+inline NamedMeasurement position() {
+  NamedMeasurement sample{"cam0", {}};
+  AbsoluteMeasurement& m = sample.measurement;
+  m.id = {-77, 12};
+  m.time_us = 1'700'000'000'000'003;
+  m.position = {1.5, -2.1, 1e4};
+  m.covariance << 4, 0.1, 0, 0.1, 5, -0.2, 0, -0.2, 6;
+  m.lever = {0.1, 0.2, -0.3};
+  return sample;
+}
+
+inline NamedMeasurement length(MeasurementKind kind = MeasurementKind::kDistance) {
+  NamedMeasurement sample{"cam0", {}};
+  AbsoluteMeasurement& m = sample.measurement;
+  m.id = {77, 0};
+  m.kind = kind;
+  m.time_us = 1'700'000'000'000'003;
+  m.until_us = m.time_us + 1;
+  m.length = 31.7;
+  m.sigma = 0.1;
+  return sample;
 }
 
 inline MapUpdate map_update(int keyframes, int landmarks, std::int64_t base_seq,
@@ -116,6 +142,7 @@ inline MapUpdate map_update(int keyframes, int landmarks, std::int64_t base_seq,
 
 inline status_t status() {
   status_t s{};
+  s.metres_per_unit = 1;
   s.utime = s.start_utime = 1'700'000'000'000'000;
   s.name = "eifmap-server";
   s.version = "0.1.0";

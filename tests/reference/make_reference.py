@@ -23,6 +23,7 @@ CHANNELS = """
 | `eifmap.CAMERA.calibration` | camera_t | the camera, every second |
 | `eifmap.CAMERA.image` | bot_core.image_t | the camera |
 | `eifmap.CAMERA.features` | feature_frame_t | the camera, instead of images |
+| `eifmap.CAMERA.measurement` | measurement_t | who measures in metres: GPS, odometry |
 | `eifmap.CAMERA.pose` | pose_t | the server, one an image |
 | `eifmap.CAMERA.map` | map_part_t | the server, one or more a keyframe |
 | `eifmap.CAMERA.decision` | decision_t | the server, one a pose: what a replay needs |

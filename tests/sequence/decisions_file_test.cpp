@@ -38,6 +38,16 @@ TEST(DecisionsFile, ALineIsJsonThatSaysItsRun) {
       R"({"utime":5,"publisher":6,"seq":7,"adopted_job":8,"state_digest":9,"server_epoch":10})");
 }
 
+TEST(DecisionsFile, NamesTheMeasurements) {
+  const TemporaryFolder folder;
+  const Decision decision{5, 6, 7, 8, 9, {{kLeast, 0}, {11, kMost}}};
+  EXPECT_NE(line_of(decision).find(R"("measurements":[[-9223372036854775808,0],[11,)"),
+            std::string::npos);
+  const DecisionsFile read = read_decisions(folder.write("d.jsonl", line_of(decision)));
+  EXPECT_EQ(read.problem, "");
+  EXPECT_EQ(read.decisions.at(0), decision);
+}
+
 TEST(DecisionsFile, LineEndsOfOthersAndEmptyLinesAreNoMatter) {
   const TemporaryFolder folder;
   const std::string text = line_of(kDecisions[0]) + "\r\n\n" + line_of(kDecisions[1]);
@@ -69,7 +79,11 @@ TEST(DecisionsFile, BadLinesAreNamed) {
         with("\"adopted_job\":12", "\"adopted_job\":1.5"),
         with("\"adopted_job\":12", "\"adopted_job\":true"),
         with("\"adopted_job\":12", "\"adopted_job\":12,\"server_epoch\":null"),
-        with("\"state_digest\":-1", "\"state_digest\":1e300")}) {
+        with("\"state_digest\":-1", "\"state_digest\":1e300"),
+        with("\"state_digest\"", "\"measurements\":7,\"state_digest\""),
+        with("\"state_digest\"", "\"measurements\":[7],\"state_digest\""),
+        with("\"state_digest\"", "\"measurements\":[[7]],\"state_digest\""),
+        with("\"state_digest\"", "\"measurements\":[[7,1.5]],\"state_digest\"")}) {
     const std::string problem = problem_of(folder, bad);
     EXPECT_NE(problem.find("d.jsonl line 2: is no decision"), std::string::npos) << bad << problem;
   }

@@ -49,6 +49,43 @@ TEST_F(MeasurementsFileTest, ReadsEveryKindInTheOrderOfUse) {
   EXPECT_EQ(file.measurements[3].length, 30);
 }
 
+TEST_F(MeasurementsFileTest, WhatIsWrittenIsReadBackToTheBit) {
+  AbsoluteMeasurement position, distance;
+  position.id = {-9'000'000'000'000'000'000, 4};
+  position.time_us = 7;
+  position.position = {1.0 / 3, -2e5 / 7, 1e-9};
+  position.covariance << 1.0 / 3, 0.01, 0, 0.01, 0.7, 0, 0, 0, 0.9;
+  position.lever = {0.1, 0.2, 0.3};
+  distance.id = {5, 0};
+  distance.kind = MeasurementKind::kDistance;
+  distance.time_us = 8;
+  distance.until_us = 9;
+  distance.length = 1.0 / 7;
+  distance.sigma = 0.1 / 3;
+  const MeasurementsFile file = read(line_of(position) + "\n" + line_of(distance) + "\n");
+  ASSERT_EQ(file.problem, "");
+  ASSERT_EQ(file.measurements.size(), 2u);
+  const AbsoluteMeasurement &a = file.measurements[0], &b = file.measurements[1];
+  EXPECT_EQ(a.id, position.id);
+  EXPECT_EQ(a.position, position.position);
+  EXPECT_EQ(a.covariance, position.covariance);
+  EXPECT_EQ(a.lever, position.lever);
+  EXPECT_EQ(b.id, distance.id);
+  EXPECT_EQ(b.kind, distance.kind);
+  EXPECT_EQ(b.until_us, 9);
+  EXPECT_EQ(b.length, distance.length);
+  EXPECT_EQ(b.sigma, distance.sigma);
+}
+
+TEST_F(MeasurementsFileTest, EachHasAName) {
+  EXPECT_EQ(read(kGood + kGood).measurements[1].id, (MeasurementId{0, 1}));
+  expect_problem(R"({"kind": "position", "utime": 5, "position": [1, 2, 3], "sigma": 1, "seq": 1})",
+                 "\"publisher\" is missing");
+  expect_problem(
+      R"({"kind": "position", "utime": 5, "position": [1, 2, 3], "sigma": 1, "publisher": 0, "seq": 0})",
+      "those of a line before");
+}
+
 TEST_F(MeasurementsFileTest, SaysWhichLineIsWrongAndWhy) {
   expect_problem("{", "no JSON object");
   expect_problem(R"({"kind": "gravity", "utime": 1})", "wanted position");

@@ -57,6 +57,23 @@ TEST(InboxNewest, CalibrationIsKeptAndInOrder) {
   EXPECT_EQ(take(inbox)->bytes[0], 3);
 }
 
+TEST(InboxNewest, EveryMeasurementIsKeptInItsPlace) {
+  Inbox inbox(InputMode::kNewest, 5);
+  const Channel measurement{"a", ChannelKind::kMeasurement};
+  put(inbox, measurement, 1);
+  put(inbox, kImage, 2);
+  put(inbox, measurement, 3);
+  put(inbox, kImage, 4);
+  put(inbox, measurement, 5);
+  put(inbox, measurement, 6);
+  put(inbox, measurement, 7);
+  for (const int expected : {1, 3, 4, 5, 6}) EXPECT_EQ(take(inbox)->bytes[0], expected);
+  EXPECT_FALSE(take(inbox));
+  EXPECT_EQ(inbox.counts().frames, 2);
+  EXPECT_EQ(inbox.counts().dropped, 1);
+  EXPECT_EQ(inbox.counts().measurements_dropped, 1) << "there was no room for the last";
+}
+
 TEST(InboxLossless, KeepsEveryFrameInOrder) {
   Inbox inbox(InputMode::kLossless, 1000);
   for (std::uint8_t i = 0; i < 100; ++i) put(inbox, kImage, i);

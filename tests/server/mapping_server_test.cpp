@@ -12,6 +12,7 @@
 #include "convert/camera_message.h"
 #include "convert/feature_message.h"
 #include "convert/map_assembler.h"
+#include "convert/measurement_message.h"
 #include "convert/status_message.h"
 #include "decision.h"
 #include "support/feature_world.h"
@@ -48,7 +49,7 @@ class Network {
     });
     server.emplace(config, bus_);
     // Subscribed after the server, so handed out after it: what is counted, the server has.
-    listener_.subscribe("eifmap\\..*\\.(calibration|image|features)", 0,
+    listener_.subscribe("eifmap\\..*\\.(calibration|image|features|measurement)", 0,
                         [this](const std::string&, Bytes) { ++handed_out_; });
     dispatcher_ = std::thread([this] {
       while (!done_) bus_.receive(10ms);
@@ -62,6 +63,10 @@ class Network {
   }
   void publish(const FeatureFrame& frame) {
     publish({frame.camera, ChannelKind::kFeatures}, encode(to_message(frame)));
+  }
+  void publish(const AbsoluteMeasurement& measurement) {
+    publish({"cam0", ChannelKind::kMeasurement},
+            encode(to_message(NamedMeasurement{"cam0", measurement})));
   }
   void publish(const Camera& camera, const std::string& name = "cam0") {
     publish({name, ChannelKind::kCalibration}, encode(to_message(NamedCamera{1, name, camera})));
@@ -110,6 +115,12 @@ ServerConfig lossless() {
   return config;
 }
 
+std::string figure(const status_t& status, const std::string& key) {
+  for (const diagnostic_t& entry : status.diagnostics)
+    if (entry.key == key) return entry.value;
+  return "";
+}
+
 TEST(MappingServer, PublishesWhatTheMapperSaysToTheBit) {
   constexpr int kFrames = 40;
   const SyntheticStream stream;
@@ -151,10 +162,63 @@ TEST(MappingServer, PublishesWhatTheMapperSaysToTheBit) {
   EXPECT_GT(last.parts_sent, 0);
 }
 
-std::string figure(const status_t& status, const std::string& key) {
-  for (const diagnostic_t& entry : status.diagnostics)
-    if (entry.key == key) return entry.value;
-  return "";
+// True positions, some of which are bad: the map becomes metric, which poses, status and map say.
+TEST(MappingServer, BecomesMetricWithTheMeasurementsThatCome) {
+  constexpr int kFrames = 60;
+  const SyntheticStream stream;
+  Network network(lossless());
+  network.publish(synthetic_camera());
+  std::int64_t sent = 0;
+  for (int i = 0; i < kFrames; ++i) {
+    AbsoluteMeasurement m;
+    m.id = {9, i};
+    m.time_us = stream.frame(i).time_us;
+    m.position = {100, 200 + 0.1 * i, -30};
+    m.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+    network.publish(m), ++sent;
+    if (i == 30) network.publish(m), ++sent;
+    if (i == 31) m.id.seq = 100, m.position.z() += 30, network.publish(m), ++sent;
+    if (i == 32)
+      network.publish({"cam0", ChannelKind::kMeasurement}, std::vector<std::uint8_t>(9)), ++sent;
+    network.publish(stream.frame(i));
+  }
+  network.settle();
+  network.finish();
+  ASSERT_EQ(network.poses.size(), static_cast<std::size_t>(kFrames));
+  int metric = 0;
+  for (const FrameResult& pose : network.poses) {
+    metric += pose.map_epoch == 1;
+    EXPECT_EQ(pose.scale.status == ScaleStatus::kFixed, pose.map_epoch == 1);
+  }
+  EXPECT_GT(metric, 20);
+  EXPECT_LT(metric, kFrames - 5);
+  const FrameResult& last = network.poses.back();
+  EXPECT_NEAR(last.map_from_camera.translation.norm(), 0.1 * (kFrames - 1), 0.05);
+  EXPECT_GT(last.scale.sigma, 0);
+  const status_t& status = network.statuses.back();
+  EXPECT_EQ(status.scale, status_t::SCALE_METRIC);
+  EXPECT_EQ(status.metres_per_unit, last.scale.metres_per_unit);
+  EXPECT_GT(status.sigma_log_scale, 0);
+  EXPECT_EQ(figure(status, "measurements.arrived"), std::to_string(sent));
+  EXPECT_EQ(figure(status, "measurements.refused.MEASUREMENT_REPEATED"), "1");
+  EXPECT_EQ(figure(status, "measurements.refused.MEASUREMENT_GATED"), "1");
+  EXPECT_EQ(figure(status, "measurements.refused.MALFORMED_MESSAGE"), "1");
+  const auto number = [&status](const std::string& key) {
+    return std::stoi(figure(status, "measurements." + key));
+  };
+  EXPECT_GT(number("position.used"), 40);
+  EXPECT_EQ(number("position.used") + number("position.refused") + number("waiting"), sent - 1)
+      << "all but the one that could not be read";
+  EXPECT_EQ(status.bad_messages, 1);
+  // What was put together from the parts is the metric map, and only that.
+  EXPECT_EQ(network.map.map().map_epoch, 1);
+  EXPECT_EQ(network.map.lost_updates(), 0);
+  const auto& keyframes = network.map.map().keyframes;
+  const Rigid3& a = keyframes.begin()->second.map_from_camera;
+  const auto& newest = keyframes.rbegin()->second;
+  const double moved_s =
+      1e-6 * static_cast<double>(newest.time_us - keyframes.begin()->second.time_us);
+  EXPECT_NEAR((newest.map_from_camera.translation - a.translation).norm(), moved_s, 0.05);
 }
 
 TEST(MappingServer, PartsOfTheMapBeforeAreDropped) {

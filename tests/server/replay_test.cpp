@@ -9,6 +9,7 @@
 
 #include "convert/camera_message.h"
 #include "convert/image_message.h"
+#include "convert/measurement_message.h"
 #include "sequence/decisions_file.h"
 #include "sequence/temporary_folder.h"
 #include "server/camera_mapper.h"
@@ -68,9 +69,22 @@ class ReplayTest : public testing::Test {
     ASSERT_EQ(mapper.take_calibration("cam0", encode(to_message(named))).reason, Reason::kNone);
   }
 
+  static void measure(CameraMapper& mapper, int i) {
+    const int image = std::clamp(i, 0, kImages - 1);
+    AbsoluteMeasurement m;
+    m.id = {8, next_measurement_++};
+    m.time_us = world_->time_us(image) + 1000 * (i % 5);
+    m.position = world_->world_from_camera(image).translation;
+    m.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+    const auto taken =
+        mapper.take_measurement("cam0", encode(to_message(NamedMeasurement{"cam0", m})));
+    ASSERT_EQ(taken.reason, Reason::kNone) << taken.detail;
+  }
+
   // A live run that passes over some images, has time for the map after some, and whose publisher
   // is started again on the way.
-  void run_live(InputMode input, int first = 0) {
+  // `measured`: with true positions, that come in no order of their own.
+  void run_live(InputMode input, int first = 0, bool measured = false) {
     ServerConfig config;
     config.input = input;
     CameraMapper mapper(config);
@@ -83,6 +97,9 @@ class ReplayTest : public testing::Test {
     }
     calibrate(mapper, world_->camera());
     for (int i = first; i < kImages; ++i) {
+      if (measured && i % 3 == 1) measure(mapper, i);
+      if (measured && i % 6 == 2)
+        measure(mapper, i - 7), measure(mapper, i + 3), measure(mapper, i);
       if (i % 9 == 5) continue;
       const auto wire = message(i, i < 60 ? 3 : 4, world_->camera().id());
       ASSERT_FALSE(mapper.take_frame(kImage, wire).result.rejected);
@@ -91,6 +108,7 @@ class ReplayTest : public testing::Test {
     }
     mapper.adopt_keyframe(true);
     ASSERT_GT(mapper.statistics().keyframes, 6);
+    ASSERT_EQ(mapper.statistics().scale.status == ScaleStatus::kFixed, measured);
     ASSERT_EQ(mapper.write_results(live()), "");
   }
 
@@ -120,6 +138,7 @@ class ReplayTest : public testing::Test {
   }
 
   static inline const Channel kImage{"cam0", ChannelKind::kImage};
+  static inline std::int64_t next_measurement_ = 0;
   static inline SimulatedWorld* world_ = nullptr;
   static inline std::vector<cv::Mat>* images_ = nullptr;
   static inline TemporaryFolder* recorded_ = nullptr;
@@ -147,6 +166,55 @@ TEST_F(ReplayTest, OfWhatFollowedAnotherCalibrationToo) {
   EXPECT_EQ(decisions().front().time_us, world_->time_us(25));
   EXPECT_EQ(replay(options()), "");
   expect_same();
+}
+
+TEST_F(ReplayTest, OfARunWithMeasurementsToo) {
+  for (const InputMode input : {InputMode::kNewest, InputMode::kLossless}) {
+    run_live(input, 0, true);
+    SequenceRunOptions measured = options();
+    EXPECT_NE(replay(measured).find("absolute measurements had a part in that run"),
+              std::string::npos);
+    measured.measurements = live() / "measurements.jsonl";
+    EXPECT_EQ(replay(measured), "");
+    expect_same();
+    EXPECT_EQ(read_text(live() / "measurements.jsonl"), read_text(again() / "measurements.jsonl"));
+  }
+}
+
+TEST_F(ReplayTest, WhatFollowedAnotherCalibrationHasItsMeasurements) {
+  run_live(InputMode::kNewest, 25, true);
+  SequenceRunOptions measured = options();
+  measured.measurements = live() / "measurements.jsonl";
+  EXPECT_EQ(replay(measured), "");
+  expect_same();
+}
+
+TEST_F(ReplayTest, AMeasurementThatIsMissingIsSaid) {
+  run_live(InputMode::kNewest, 0, true);
+  SequenceRunOptions measured = options();
+  const std::string text = read_text(live() / "measurements.jsonl");
+  const std::size_t second = text.find('\n', text.find('\n') + 1) + 1;
+  measured.measurements = folder_.write("fewer.jsonl", text.substr(second));
+  const std::string problem = replay(measured);
+  EXPECT_NE(problem.find("fewer.jsonl: 2 of the "), std::string::npos) << problem;
+}
+
+// The measurements are given before the image that they were given before, not by their times.
+TEST_F(ReplayTest, AMeasurementGivenAtAnotherImageDeparts) {
+  run_live(InputMode::kNewest, 0, true);
+  std::vector<Decision> made = decisions();
+  auto last = made.rbegin();
+  for (Decision& decision : made)
+    if (&decision != &*last)
+      last->measurements.insert(last->measurements.end(), decision.measurements.begin(),
+                                decision.measurements.end()),
+          decision.measurements.clear();
+  std::string text;
+  for (const Decision& decision : made) text += line_of(decision) + "\n";
+  SequenceRunOptions measured = options();
+  measured.decisions = folder_.write("late.jsonl", text);
+  measured.measurements = live() / "measurements.jsonl";
+  EXPECT_NE(replay(measured).find("departs"), std::string::npos);
 }
 
 TEST_F(ReplayTest, OtherSettingsDepart) {

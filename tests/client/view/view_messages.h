@@ -43,6 +43,7 @@ inline LandmarkView landmark(std::int64_t id, std::int64_t anchor, double depth)
 
 inline status_t status(std::int64_t epoch, std::int8_t state, Reason reason = Reason::kNone) {
   status_t status{};
+  status.metres_per_unit = 1;
   status.server_epoch = epoch;
   status.camera = "cam";
   status.state = state;

@@ -69,6 +69,25 @@ TEST_F(ViewModelTest, SaysPoseMapAndStateAsTheyCame) {
   EXPECT_EQ(copy.path.dump(), "[[1.0,0.1,-1.5,0]]");
 }
 
+TEST_F(ViewModelTest, ThePathFollowsTheMapIntoMetres) {
+  take(pose(5, 1, 3));
+  EXPECT_EQ(page().sections.at("map").at("scale"), "arbitrary");
+  auto message = pose(5, 1, 3);
+  message.result.scale = {ScaleStatus::kFixed, 10, 0.02};
+  message.result.map_from_camera.translation *= 10;
+  take(message);
+  take(pose(5, 1, 3));  // a late one
+  const std::string expected = R"([[10.0,1.0,-15.0,0],[10.0,1.0,-15.0,1],[10.0,1.0,-15.0,1]])";
+  EXPECT_EQ(page().path.dump(), expected);
+  EXPECT_EQ(late_page().path.dump(), expected);
+  EXPECT_EQ(page().sections.at("map").at("scale"), "metric");
+  EXPECT_EQ(page().sections.at("map").at("scale_sigma"), 0.02);
+  EXPECT_EQ(page().sections.at("events").at(0).at("text"), "the map is in metres now");
+  take(pose(5, 2, 3));
+  EXPECT_EQ(page().sections.at("map").at("scale"), "arbitrary") << "of another map";
+  EXPECT_EQ(page().path.dump(), "[[1.0,0.1,-1.5,0]]");
+}
+
 // Axes that are no coordinate's: 0.3 along (2, 2, 1) / 3, the others 0.1 and 0.05.
 TEST_F(ViewModelTest, TheEllipsoidLiesAsTheCovarianceDoes) {
   Eigen::Matrix3d axes;

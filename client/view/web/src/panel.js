@@ -32,14 +32,24 @@ function showServer(server) {
     `${fixed(server.rss_bytes / 1e6, 0)} MB`);
 }
 
-function showPose(pose) {
+// Where the scale is unknown lengths have no unit.
+const isMetric = (map) => map?.scale === "metric";
+const percent = (x) => `${Number((100 * x).toPrecision(2))} %`;
+
+function scaleText(map) {
+  if (!isMetric(map)) return "no scale";
+  return map.scale_sigma === null ? "in metres" : `in metres, scale ± ${percent(map.scale_sigma)}`;
+}
+
+function showPose(pose, map) {
   say("source", pose && pose.source.replaceAll("_", " ").toLowerCase());
   say("sigma", pose?.sigmas &&
-    `${pose.sigmas.map(threeSigma).join(" × ")}${pose.optimistic ? ", optimistic" : ""}`);
+    `${pose.sigmas.map(threeSigma).join(" × ")}${isMetric(map) ? " m" : ""}` +
+    `${pose.optimistic ? ", optimistic" : ""}`);
 }
 
 function showMap(map, copy, server) {
-  say("map", map?.id ? `number ${map.id}` : "none yet");
+  say("map", map?.id ? `number ${map.id}, ${scaleText(map)}` : "none yet");
   say("incomplete", map?.lost_updates ? "Updates of the map were missed (it began before this view, or " +
     `messages were lost): shown are ${count(copy.landmarks.size)} of ${count(server?.landmarks)} landmarks.` : "");
 }
@@ -77,7 +87,7 @@ export function showPanel(copy) {
   say("camera", camera ? `camera ${camera}` : "");
   showState(state);
   showServer(server);
-  showPose(pose);
+  showPose(pose, map);
   showMap(map, copy, server);
   showEvents(events);
   showSilence(copy.sections);

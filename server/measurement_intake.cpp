@@ -1,0 +1,61 @@
+#include "server/measurement_intake.h"
+
+#include <algorithm>
+
+namespace eifmap {
+
+bool MeasurementIntake::is_new(const AbsoluteMeasurement& measurement) {
+  const std::int64_t publisher = measurement.id.publisher;
+  auto book = std::find_if(books_.begin(), books_.end(),
+                           [publisher](const auto& entry) { return entry.first == publisher; });
+  if (book == books_.end()) {
+    if (books_.size() == kMaxPublishers) {
+      forgotten_missing_ += books_.back().second.missing();
+      books_.pop_back();
+    }
+    book = books_.emplace(books_.end(), publisher, StreamBook());
+  }
+  std::rotate(books_.begin(), book, book + 1);
+  // Without its time, by which a book allows a publisher to count anew.
+  return books_.front().second.note({publisher, measurement.id.seq}, 0);
+}
+
+MeasurementIntake::Taken MeasurementIntake::take(const std::string& camera, Bytes bytes) {
+  ++counts_.arrived;
+  Decoded<NamedMeasurement> decoded = decode_measurement(bytes);
+  Taken taken{decoded.reason, std::move(decoded.detail)};
+  if (decoded.ok() && decoded.value.camera != camera)
+    taken = {Reason::kMalformedMessage,
+             "it names camera " + decoded.value.camera + " on a channel of camera " + camera};
+  if (taken.reason != Reason::kNone) {
+    ++counts_.refused.refusals[taken.reason];
+    return taken;
+  }
+  const AbsoluteMeasurement& m = decoded.value.measurement;
+  if (!is_new(m))
+    taken = {Reason::kMeasurementRepeated,
+             "publisher " + std::to_string(m.id.publisher) + ", seq " + std::to_string(m.id.seq)};
+  else if (static_cast<int>(waiting_.size()) >= max_waiting_)
+    taken = {Reason::kTooManyMeasurements, std::to_string(max_waiting_) + " wait for a frame"};
+  if (taken.reason == Reason::kNone)
+    waiting_.push_back(std::move(decoded.value));
+  else
+    counts_.refused.add(m.kind, taken.reason);
+  return taken;
+}
+
+std::vector<AbsoluteMeasurement> MeasurementIntake::give(const std::string& camera) {
+  std::vector<AbsoluteMeasurement> given;
+  for (NamedMeasurement& named : std::exchange(waiting_, {}))
+    if (named.camera == camera) given.push_back(named.measurement);
+  return given;
+}
+
+MeasurementIntake::Counts MeasurementIntake::counts() const {
+  Counts counts = counts_;
+  counts.missing = forgotten_missing_;
+  for (const auto& [publisher, book] : books_) counts.missing += book.missing();
+  return counts;
+}
+
+}  // namespace eifmap
