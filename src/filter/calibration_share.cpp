@@ -33,16 +33,16 @@ Eigen::MatrixXd right_sides(const InformationFilter& filter, const CalibrationSi
     moved.clear();
     OfLandmark of_landmark = OfLandmark::Zero();
     for (const PointMeasurement& m : landmark.measurements) {
-      moved.push_back(m.root / m.sigma * moved_by(m.x, sigmas));
-      of_landmark.noalias() += to_landmark(m.d_pose).transpose() * moved.back();
+      moved.push_back(m.scale * moved_by(m.x, sigmas));
+      of_landmark.noalias() += m.frozen.to_landmark.transpose() * moved.back();
     }
     const OfLandmark step = landmark.covariance * of_landmark;
     for (std::size_t k = 0; k < landmark.measurements.size(); ++k) {
       const PointMeasurement& m = landmark.measurements[k];
       if (m.pose == 0) continue;
-      const OfSight left = moved[k] - to_landmark(m.d_pose) * step;
+      const OfSight left = moved[k] - m.frozen.to_landmark * step;
       sides.middleRows<kPoseDof>(blocks.of(m.pose) * kPoseDof).noalias() +=
-          m.d_pose.transpose() * left;
+          m.d_pose().transpose() * left;
     }
   }
   return sides;

@@ -49,7 +49,7 @@ bool landmark_covariance_in_earth(const InformationFilter& filter, int landmark,
   for (const PointMeasurement& m : l.measurements) {
     sensitivities.push_back({m.pose, PoseBlock::Zero()});
     sensitivities.back().derivative.topRows<3>() =
-        -turn * l.covariance * (to_landmark(m.d_pose).transpose() * m.d_pose);
+        -turn * l.covariance * (m.frozen.to_landmark.transpose() * m.d_pose());
   }
   sensitivities.push_back({kEarthFromMap, PoseBlock::Zero()});
   sensitivities.back().derivative.topLeftCorner<3, 3>() = -turn * skew(l.position);
