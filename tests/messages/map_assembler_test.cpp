@@ -118,16 +118,16 @@ TEST(MapAssembler, LostUpdateIsCountedAndTheRestGoesOn) {
 
 // The whole map with which an epoch begins is lost: what is known of before is in another unit.
 TEST(MapAssembler, EpochsAreNeverMixed) {
-  const auto update = [](std::int64_t epoch, std::int64_t base, std::int64_t first_id) {
+  const auto part = [](std::int64_t epoch, std::int64_t base, std::int64_t first_id) {
     MapUpdate update = samples::map_update(1, 1, base, first_id);
     update.map_epoch = epoch;
     return split_update(update, kOrigin, 0, 32768).at(0);
   };
   MapAssembler assembler;
-  assembler.add(update(0, -1, 0));
-  assembler.add(update(0, 0, 10));
-  assembler.add(update(1, 2, 30));
-  assembler.add(update(1, 3, 40));
+  assembler.add(part(0, -1, 0));
+  assembler.add(part(0, 0, 10));
+  assembler.add(part(1, 2, 30));
+  assembler.add(part(1, 3, 40));
   EXPECT_EQ(assembler.map().keyframes.size(), 2u);
   assembler.finish();
   EXPECT_GE(assembler.lost_updates(), 1);
