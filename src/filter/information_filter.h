@@ -156,8 +156,8 @@ class InformationFilter {
   bool landmark_covariance(int landmark, Eigen::Matrix3d& covariance) const;
   // Of a sum of linear functions of poses.
   bool propagate(const std::vector<PoseSensitivity>& sensitivities, PoseBlock& covariance) const;
-  // How the poses' mean would move (w, dc; by block, one after the other) for these right-hand sides
-  // of the reduced system, one a column.
+  // How the poses' mean would move (w, dc; by block, one after the other) for these right-hand
+  // sides of the reduced system, one a column.
   bool steps_of(const Eigen::MatrixXd& right_sides, Eigen::MatrixXd& steps) const;
   // Of several poses and landmarks at once, which is faster than one by one. `poses`, `landmarks`:
   // handles without repetition.

@@ -25,8 +25,8 @@ void add_measurements(Map& map, std::vector<PlacedMeasurement> measurements,
                       const MeasurementOptions& options);
 
 // Whether a keyframe may go, and its absolute measurements with it: it has none, or positions alone
-// which scale and earth do not rest on, since another keyframe that sees the same has positions too,
-// and the scale is far surer than a map becomes metric by.
+// which scale and earth do not rest on, since another keyframe that sees the same has positions
+// too, and the scale is far surer than a map becomes metric by.
 bool is_spare(const Map& map, int keyframe);
 
 // Where the measurements that wait determine scale and earth, the whole map becomes metric, they

@@ -58,8 +58,8 @@ TEST(SequenceRun, WritesEveryFileAndEveryFigure) {
     EXPECT_TRUE(std::filesystem::exists(options.output / file)) << file;
   const nlohmann::json json = report(options);
   for (const char* key : {"frames", "tracked", "coverage", "keyframes", "landmarks", "edges",
-                          "starts", "losses", "moving_matches", "nis", "rolls_unseen", "pose_sources",
-                          "reasons", "cpu_s", "wall_s", "peak_rss_mib", "steps"})
+                          "starts", "losses", "moving_matches", "nis", "rolls_unseen",
+                          "pose_sources", "reasons", "cpu_s", "wall_s", "peak_rss_mib", "steps"})
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_EQ(json["frames"], 6);
   for (const char* step : {"decode", "extract", "frame"}) {
