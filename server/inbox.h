@@ -43,9 +43,8 @@ class Inbox {
   Inbox(InputMode mode, std::size_t max_bytes) : mode_(mode), max_bytes_(max_bytes) {}
 
   // Moves in a copy of the bytes. A calibration replaces one of the same camera that waits, a
-  // measurement nothing. Waits
-  // for room when lossless, unless the taker itself puts: what then has no room is dropped. After
-  // close() nothing is taken in.
+  // measurement nothing. Waits for room when lossless, unless the taker itself puts: what then has
+  // no room is dropped. After close() nothing is taken in.
   void put(const Channel& channel, Bytes bytes, bool may_wait = true);
 
   // The next message, in the order of their arrival; waits for one until `deadline`.

@@ -139,11 +139,12 @@ struct MeasurementOptions {
   double max_scale_sigma = 0.05;
   int min_positions = 4;    // for that; a similarity transform takes 7 numbers of their 12
   int max_waiting = 10000;  // of their images, and of the scale: hours at 1 Hz
-  // Standard deviations of what the calibration is off by, as far as that makes the scale drift
-  // along a way: no residual shows it. What calibration tools usually reach.
-  double focal_sigma = 0.002;    // of the focal length, relative
-  double centre_sigma_px = 1.0;  // of the principal point, each axis
-  double radial_sigma = 0.003;   // of the first radial coefficient, k1
+  // What the calibration may be off by, as far as that makes the scale drift along a way, which no
+  // residual shows: standard deviation of the focal length, relative. This and the next two are
+  // what calibration tools usually reach.
+  double focal_sigma = 0.002;
+  double centre_sigma_px = 1.0;  // the same of the principal point, each axis
+  double radial_sigma = 0.003;   // the same of the first radial coefficient, k1
 };
 
 struct LostOptions {

@@ -192,15 +192,4 @@ void InformationFilter::judge_absolutes() {
   for (FilterAbsolute& absolute : absolutes_) absolute.changed = true;
 }
 
-bool InformationFilter::scale_sigma(double& sigma) const {
-  if (!is_metric_) return false;
-  std::vector<int> in_use;
-  for (int p = 0; p < num_poses(); ++p)
-    if (!is_removed(p)) in_use.push_back(p);
-  double variance = 0;
-  if (!log_scale_variance(*this, in_use, variance)) return false;
-  sigma = std::sqrt(variance);
-  return std::isfinite(sigma);
-}
-
 }  // namespace eifmap

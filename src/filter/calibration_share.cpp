@@ -2,18 +2,19 @@
 
 #include <algorithm>
 
+#include "filter/derived_covariances.h"
+
 namespace eifmap {
 namespace {
 
 constexpr int kParts = 4;
 using OfSight = Eigen::Matrix<double, 2, kParts>;
-using OfPose = Eigen::Matrix<double, kPoseDof, kParts>;
 using OfLandmark = Eigen::Matrix<double, 3, kParts>;
 
 // By how much one sigma of each part moves a keypoint's normalized coordinates.
 OfSight moved_by(const Eigen::Vector2d& x, const CalibrationSigmas& sigmas) {
-  constexpr double kWide =
-      1;  // beyond 45 degrees as there: what is true of r^3 there is not further
+  // Beyond 45 degrees as there: what is true of r^3 there is not further out.
+  constexpr double kWide = 1;
   OfSight by;
   by.col(0) = -sigmas.focal * x;
   by.col(1) = Eigen::Vector2d(-sigmas.centre, 0);
@@ -56,20 +57,14 @@ CalibrationShare::CalibrationShare(const InformationFilter& filter, const Calibr
 }
 
 bool CalibrationShare::variance(const std::vector<int>& poses, double& variance) const {
-  if (!known_ || poses.size() < 2) return false;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const int p : poses) mean += filter_.pose(p).translation / static_cast<double>(poses.size());
-  double squared = 0;
+  Eigen::Matrix3Xd to_centres;
+  if (!known_ || !log_scale_derivative(filter_, poses, to_centres)) return false;
   Eigen::RowVectorXd along = Eigen::RowVectorXd::Zero(kParts);
-  for (const int p : poses) {
-    const Eigen::Vector3d from_mean = filter_.pose(p).translation - mean;
-    squared += from_mean.squaredNorm();
-    if (p != 0)
-      along += from_mean.transpose() *
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    if (const int p = poses[k]; p != 0)
+      along += to_centres.col(static_cast<Eigen::Index>(k)).transpose() *
                steps_.middleRows<3>(filter_.blocks().of(p) * kPoseDof + kPoseDof - 3);
-  }
-  if (!(squared > 0)) return false;
-  variance = (along / squared).squaredNorm();
+  variance = along.squaredNorm();
   return true;
 }
 

@@ -62,19 +62,28 @@ bool landmark_covariance_in_earth(const InformationFilter& filter, int landmark,
   return covariance.allFinite();
 }
 
+bool log_scale_derivative(const InformationFilter& filter, const std::vector<int>& poses,
+                          Eigen::Matrix3Xd& to_centres) {
+  if (poses.size() < 2) return false;
+  to_centres.resize(3, static_cast<Eigen::Index>(poses.size()));
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    to_centres.col(static_cast<Eigen::Index>(k)) = filter.pose(poses[k]).translation;
+  const Eigen::Vector3d mean = to_centres.rowwise().mean();
+  to_centres.colwise() -= mean;
+  const double squared = to_centres.squaredNorm();
+  to_centres /= squared;
+  return squared > 0;
+}
+
 bool log_scale_variance(const InformationFilter& filter, const std::vector<int>& poses,
                         double& variance) {
-  if (poses.size() < 2) return false;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const int p : poses) mean += filter.pose(p).translation / static_cast<double>(poses.size());
-  double squared = 0;
-  for (const int p : poses) squared += (filter.pose(p).translation - mean).squaredNorm();
-  if (!(squared > 0)) return false;
+  Eigen::Matrix3Xd to_centres;
+  if (!log_scale_derivative(filter, poses, to_centres)) return false;
   std::vector<PoseSensitivity> sensitivities;
-  for (const int p : poses) {
-    sensitivities.push_back({p, PoseBlock::Zero()});
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    sensitivities.push_back({poses[k], PoseBlock::Zero()});
     sensitivities.back().derivative.row(0).tail<3>() =
-        (filter.pose(p).translation - mean) / squared;
+        to_centres.col(static_cast<Eigen::Index>(k)).transpose();
   }
   PoseBlock covariance;
   if (!filter.propagate(sensitivities, covariance)) return false;

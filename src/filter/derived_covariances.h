@@ -27,10 +27,14 @@ bool covariance_in_earth(const InformationFilter& filter, int pose, PoseBlock& c
 bool landmark_covariance_in_earth(const InformationFilter& filter, int landmark,
                                   Eigen::Matrix3d& covariance);
 
-// Variance of the logarithm of the factor by which a similarity transform that brings these poses'
-// centres to the true ones would scale them: to first order it is the sum of a_k'dc_k with
-// a_k = (c_k - c) / sum |c_k - c|^2, c the mean. Until the map is metric, in units of the first
-// baseline. `poses`: without repetition, not all in one place.
+// Of the logarithm of the factor by which a similarity transform that brings these poses' centres
+// to the true ones would scale them, the derivative to each centre, a column each: to first order
+// it is the sum of a_k'dc_k with a_k = (c_k - c) / sum |c_k - c|^2, c the mean. `poses`: without
+// repetition; false where they are all in one place.
+bool log_scale_derivative(const InformationFilter& filter, const std::vector<int>& poses,
+                          Eigen::Matrix3Xd& to_centres);
+
+// Its variance. Until the map is metric, in units of the first baseline.
 bool log_scale_variance(const InformationFilter& filter, const std::vector<int>& poses,
                         double& variance);
 

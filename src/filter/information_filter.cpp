@@ -140,9 +140,10 @@ void InformationFilter::carry(int removed_pose, const Rigid3& world_from_camera)
   set_pose(removed_pose, world_from_camera);
 }
 
-bool InformationFilter::has_absolute(int pose) const {
-  return std::any_of(absolutes_.begin(), absolutes_.end(),
-                     [pose](const FilterAbsolute& absolute) { return is_of(absolute, pose); });
+bool InformationFilter::has_absolute(int pose, AbsoluteObservation::Kind kind) const {
+  return std::any_of(absolutes_.begin(), absolutes_.end(), [&](const FilterAbsolute& absolute) {
+    return absolute.observation.kind == kind && is_of(absolute, pose);
+  });
 }
 
 bool InformationFilter::add_edge(int i, int j, const RelativePose& pose) {

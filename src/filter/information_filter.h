@@ -114,9 +114,6 @@ class InformationFilter {
   // independent and multiplies all covariances by variance() afterwards; absolute measurements are
   // as good as they say, and so count that much more before.
   double absolute_weight() const { return absolute_weight_; }
-  // Of the logarithm of the map's scale as all poses show it (derived_covariances.h). False while
-  // the map is not metric, or unknown.
-  bool scale_sigma(double& sigma) const;
 
   // Moves the mean to where it belongs; then drops what does not fit. What stays further than a
   // thousandth of its sigma from the exact least-squares mean goes on with the next update.
@@ -126,8 +123,8 @@ class InformationFilter {
   // factored anew, all poses and landmarks moved. What an update does only where it must.
   WholeIteration iterate_whole();
 
-  // Whether an absolute measurement is of this pose.
-  bool has_absolute(int pose) const;
+  // Whether an absolute measurement of that kind is of this pose.
+  bool has_absolute(int pose, AbsoluteObservation::Kind kind) const;
   int num_poses() const { return static_cast<int>(poses_.size()); }
   int num_landmarks() const { return static_cast<int>(landmarks_.size()); }  // removed ones too
   // What the edges' covariances are multiplied by, as of the last update: 1 while they are right.

@@ -267,21 +267,14 @@ bool is_spare(const Map& map, int keyframe) {
   constexpr double kSureScale = 0.02;
   constexpr int kAround = 5;  // keyframes of its surroundings, itself among them
   using Kind = AbsoluteObservation::Kind;
-  const auto has = [&map](int k, Kind kind) {
-    const std::vector<FilterAbsolute>& all = map.filter().absolutes();
-    return std::any_of(all.begin(), all.end(), [&](const FilterAbsolute& absolute) {
-      const std::vector<RigidPoint>& points = absolute.observation.points;
-      return absolute.observation.kind == kind &&
-             std::any_of(points.begin(), points.end(),
-                         [k](const RigidPoint& point) { return point.pose == k; });
-    });
-  };
-  if (has(keyframe, Kind::kLength)) return false;
-  if (!has(keyframe, Kind::kPosition)) return true;
+  const InformationFilter& filter = map.filter();
+  if (filter.has_absolute(keyframe, Kind::kLength)) return false;
+  if (!filter.has_absolute(keyframe, Kind::kPosition)) return true;
   if (!(map.scale().state.sigma <= kSureScale)) return false;
   const std::vector<int> around = map.covisible(keyframe, kAround);
-  return std::any_of(around.begin(), around.end(),
-                     [&](int other) { return other != keyframe && has(other, Kind::kPosition); });
+  return std::any_of(around.begin(), around.end(), [&](int other) {
+    return other != keyframe && filter.has_absolute(other, Kind::kPosition);
+  });
 }
 
 Reason fix_scale(Map& map, const MeasurementOptions& options) {

@@ -224,10 +224,10 @@ TEST(RemoveKeyframe, TakesItsAbsoluteMeasurementsAlong) {
   };
   for (const int k : {3, 5}) EXPECT_EQ(map.filter().add_absolute(known(k), false), Reason::kNone);
   ASSERT_EQ(map.update().reason, Reason::kNone);
-  EXPECT_TRUE(map.filter().has_absolute(3));
+  EXPECT_TRUE(map.filter().has_absolute(3, AbsoluteObservation::Kind::kLength));
   map.remove_keyframe(3);
-  EXPECT_FALSE(map.filter().has_absolute(3));
-  EXPECT_TRUE(map.filter().has_absolute(5));
+  EXPECT_FALSE(map.filter().has_absolute(3, AbsoluteObservation::Kind::kLength));
+  EXPECT_TRUE(map.filter().has_absolute(5, AbsoluteObservation::Kind::kLength));
   ASSERT_EQ(map.update().reason, Reason::kNone);
   const auto of_removed = AbsoluteObservation::length({0, 3}, 1, 1);
   EXPECT_EQ(map.filter().add_absolute(of_removed, false), Reason::kMeasurementWithoutPose);
