@@ -1,6 +1,7 @@
 #include "map/tracking.h"
 
 #include <algorithm>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -39,15 +40,22 @@ Tracking track_frame(const Map& map, const ObservedFrame& observed, int referenc
     search.compare_with_nearer(result);
     return true;
   };
-  if (found_against(reference, tracking)) return tracking;
+  // Around a wrong place some landmarks agree by chance, as many as that around another.
+  const auto is_sure = [&options](const Tracking& found) {
+    return found.ok() && static_cast<int>(found.sights.size()) >= options.lost.min_inliers;
+  };
+  const bool found = found_against(reference, tracking);
+  if ((found && is_sure(tracking)) || neighbours == 0) return tracking;
   // Another view of the same place may match where this one does not.
-  if (neighbours == 0) return tracking;
   std::vector<int> others = map.covisible(reference, neighbours);
   others.push_back(map.newest());
+  std::optional<Tracking> best;
   for (int other : others) {
     Tracking retry;
-    if (other != reference && found_against(other, retry)) return retry;
+    if (other == reference || !found_against(other, retry)) continue;
+    if (!best || retry.sights.size() > best->sights.size()) best = std::move(retry);
   }
+  if (best && (!found || is_sure(*best))) return std::move(*best);
   return tracking;
 }
 

@@ -43,7 +43,8 @@ struct LastMotion {
   Eigen::Vector3d step = Eigen::Vector3d::Zero();  // world, to it from the one before
 };
 
-// Against the reference; where that fails, against so many of its neighbours.
+// Against the reference; where that fails, or so few landmarks agree that it may be by chance,
+// against so many of its neighbours and the newest keyframe, and with the most of them.
 Tracking track_frame(const Map& map, const ObservedFrame& observed, int reference,
                      const LastMotion& last, const MapperOptions& options, int neighbours = 3);
 

@@ -95,6 +95,25 @@ TEST(OtherPlace, ALongStepIsTakenUnlessAsMuchAgreesNearby) {
   EXPECT_EQ(tracking.source, PoseSource::kMapOnly);  // the relative pose is that of the other place
 }
 
+// A fifth of the landmarks agree around the reference, which is what may agree by chance.
+TEST(OtherPlace, WhereFewAgreeOtherKeyframesAreAsked) {
+  const SyntheticStream world;
+  Map map(synthetic_camera(), {});
+  add_place(world, Rigid3(), 5, map);
+  add_place(world, Rigid3(), 1, map);
+  const ObservedFrame view = observed_view(world, 2, kNear);
+  const auto track = [&](int neighbours) {
+    return track_frame(map, view, 1, {kLast}, MapperOptions(), neighbours);
+  };
+  const Tracking alone = track(0), with_others = track(3);
+  ASSERT_TRUE(alone.ok()) << alone.detail;
+  ASSERT_LT(alone.sights.size(), 30u) << "else this shows nothing";
+  ASSERT_TRUE(with_others.ok()) << with_others.detail;
+  EXPECT_EQ(with_others.reference, 3);
+  EXPECT_GT(with_others.sights.size(), 3 * alone.sights.size());
+  EXPECT_LT(distance(with_others, kNear), 0.02);
+}
+
 TEST(OtherPlace, ACameraThatWasLostMustKnowWhichOfTwoCopiesItSees) {
   const SyntheticStream world;
   const ObservedFrame view = observed_view(world, 2, kNear);
