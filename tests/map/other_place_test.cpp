@@ -95,11 +95,11 @@ TEST(OtherPlace, ALongStepIsTakenUnlessAsMuchAgreesNearby) {
   EXPECT_EQ(tracking.source, PoseSource::kMapOnly);  // the relative pose is that of the other place
 }
 
-// A fifth of the landmarks agree around the reference, which is what may agree by chance.
+// A sixth of the landmarks agree around the reference, which is what may agree by chance.
 TEST(OtherPlace, WhereFewAgreeOtherKeyframesAreAsked) {
   const SyntheticStream world;
   Map map(synthetic_camera(), {});
-  add_place(world, Rigid3(), 5, map);
+  add_place(world, Rigid3(), 6, map);
   add_place(world, Rigid3(), 1, map);
   const ObservedFrame view = observed_view(world, 2, kNear);
   const auto track = [&](int neighbours) {
