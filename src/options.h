@@ -148,7 +148,7 @@ struct MeasurementOptions {
 };
 
 struct LostOptions {
-  int min_inliers = 30;          // to believe a relocalization
+  int min_inliers = 30;          // to believe a relocalization, or one keyframe's word for a pose
   double new_map_after_s = 2.0;  // lost this long: a new map may start
 };
 

@@ -1,7 +1,6 @@
 #include "map/tracking.h"
 
 #include <algorithm>
-#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -12,8 +11,9 @@
 namespace eifmap {
 namespace {
 
-// The place with which the most agrees, unless another is nearly as good. A camera that was lost
-// may be anywhere: none of them is the more likely one for being near.
+// The place with which the most agrees, unless another is nearly as good. A camera that was lost,
+// or that its reference is not sure of, may be anywhere: none of them is the more likely one for
+// being near.
 Tracking only_place(const Map& map, std::vector<Tracking> places, const MapperOptions& options) {
   const auto agree = [](const Tracking& place) { return static_cast<int>(place.sights.size()); };
   const auto best =
@@ -41,22 +41,22 @@ Tracking track_frame(const Map& map, const ObservedFrame& observed, int referenc
     return true;
   };
   // Around a wrong place some landmarks agree by chance, as many as that around another.
-  const auto is_sure = [&options](const Tracking& found) {
-    return found.ok() && static_cast<int>(found.sights.size()) >= options.lost.min_inliers;
+  const auto is_sure = [&options](const Tracking& place) {
+    return place.ok() && static_cast<int>(place.sights.size()) >= options.lost.min_inliers;
   };
   const bool found = found_against(reference, tracking);
   if ((found && is_sure(tracking)) || neighbours == 0) return tracking;
   // Another view of the same place may match where this one does not.
   std::vector<int> others = map.covisible(reference, neighbours);
-  others.push_back(map.newest());
-  std::optional<Tracking> best;
+  if (std::find(others.begin(), others.end(), map.newest()) == others.end())
+    others.push_back(map.newest());
+  std::vector<Tracking> places;
   for (int other : others) {
-    Tracking retry;
-    if (other == reference || !found_against(other, retry)) continue;
-    if (!best || retry.sights.size() > best->sights.size()) best = std::move(retry);
+    Tracking place;
+    if (other == reference || !found_against(other, place)) continue;
+    if (!found || is_sure(place)) places.push_back(std::move(place));
   }
-  if (best && (!found || is_sure(*best))) return std::move(*best);
-  return tracking;
+  return places.empty() ? tracking : only_place(map, std::move(places), options);
 }
 
 Tracking relocalize(const Map& map, const ObservedFrame& observed,
