@@ -111,6 +111,16 @@ constexpr std::array kTexts{
     ReasonText{Reason::kMeasurementRepeated, "MEASUREMENT_REPEATED",
                "an absolute measurement of this publisher and number has come already",
                "give every start of the publisher a number of its own, and count from it by one"},
+    ReasonText{Reason::kMeasurementWithoutLandmark, "MEASUREMENT_WITHOUT_LANDMARK",
+               "a distance is of a landmark that the map does not have",
+               "name the map and two landmarks of its latest update"},
+    ReasonText{Reason::kMeasurementSpare, "MEASUREMENT_SPARE",
+               "the keyframe of a gravity measurement has one already",
+               "nothing: one a keyframe is enough, and two in a row err together"},
+    ReasonText{Reason::kKeyframeUnknown, "KEYFRAME_UNKNOWN",
+               "a keyframe that was asked for is not in the map in use, or its covariance is not "
+               "known",
+               "ask for keyframes of the latest map updates, and name their map"},
     ReasonText{Reason::kInternalError, "INTERNAL_ERROR",
                "a fault inside eifmap; the frame was left out", "please report it with the log"},
 };

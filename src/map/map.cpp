@@ -43,10 +43,12 @@ void Map::remove_keyframe(int keyframe) {
       keyframes_.write(edge.i).spent[match.a] = keyframes_.write(edge.j).spent[match.b] = 0;
     return true;
   });
-  for (const FilterAbsolute& absolute : filter_.absolutes())
-    if (absolute.observation.kind == AbsoluteObservation::Kind::kPosition &&
-        absolute.observation.points.front().pose == keyframe)
-      ++scale_.counts.kinds[MeasurementKind::kPosition].dropped;
+  for (const FilterAbsolute& absolute : filter_.absolutes()) {
+    const AbsoluteObservation& observation = absolute.observation;
+    if (observation.is_length() || observation.points.front().pose != keyframe) continue;
+    const bool is_down = observation.kind == AbsoluteObservation::Kind::kDown;
+    ++scale_.counts.kinds[is_down ? MeasurementKind::kGravity : MeasurementKind::kPosition].dropped;
+  }
   filter_.remove_pose(keyframe);
 
   Keyframe& old = keyframes_.write(keyframe);
@@ -126,12 +128,24 @@ void Map::remove_sight(int track, int keyframe) {
   if (t.is_landmark()) filter_.remove_measurement(t.landmark, keyframe);
 }
 
+std::vector<int> Map::measured_tracks() const {
+  std::vector<int> tracks;
+  for (const FilterAbsolute& absolute : filter_.absolutes())
+    if (absolute.observation.kind == AbsoluteObservation::Kind::kLandmarks)
+      for (int landmark : absolute.observation.landmarks)
+        tracks.push_back(track_of_landmark_[landmark]);
+  std::sort(tracks.begin(), tracks.end());
+  tracks.erase(std::unique(tracks.begin(), tracks.end()), tracks.end());
+  return tracks;
+}
+
 void Map::remove_track(int track) {
   if (track < 0 || track >= num_tracks()) throw std::out_of_range("Map: no such track");
   Track& t = tracks_.write(track);
   for (const Sight& s : t.sights) keyframes_.write(s.keyframe).track[s.keypoint] = kNoTrack;
   t.sights.clear();
   if (!t.is_landmark()) return;
+  scale_.counts.kinds[MeasurementKind::kLandmarks].dropped += filter_.num_distances(t.landmark);
   filter_.remove_landmark(t.landmark);
   t.landmark = -1;
   --num_landmarks_;

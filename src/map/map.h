@@ -113,6 +113,10 @@ class Map {
   // 1 more when all of it has changed at once, as when it became metric.
   int epoch() const { return scale_.state.status == ScaleStatus::kFixed ? 1 : 0; }
 
+  // Landmarks (tracks) that a measured distance is of, ascending: not to be given up for less than
+  // a want of sights, since the scale may rest on them.
+  std::vector<int> measured_tracks() const;
+
   // Updates the filter and lets the map follow what it dropped.
   FilterUpdate update();
 
