@@ -15,6 +15,7 @@ Map::Map(const Camera& camera, const MapperOptions& options)
 
 int Map::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
                       const Rigid3& world_from_camera) {
+  places_.add(num_keyframes(), observed->frame);
   Keyframe keyframe;
   keyframe.track.assign(observed->size(), kNoTrack);
   keyframe.spent.assign(observed->size(), 0);
@@ -50,6 +51,7 @@ void Map::remove_keyframe(int keyframe) {
     ++scale_.counts.kinds[is_down ? MeasurementKind::kGravity : MeasurementKind::kPosition].dropped;
   }
   filter_.remove_pose(keyframe);
+  places_.remove(keyframe);
 
   Keyframe& old = keyframes_.write(keyframe);
   auto forgotten = std::make_shared<ObservedFrame>();

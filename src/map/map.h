@@ -15,6 +15,7 @@
 #include "map/sight_noise.h"
 #include "map_view.h"
 #include "options.h"
+#include "place/place_index.h"
 #include "shared_vector.h"
 
 namespace eifmap {
@@ -107,6 +108,9 @@ class Map {
   void spend(MapEdge edge);
   const MapEdges& edges() const { return edges_; }
 
+  // Of the keyframes in use, by their numbers.
+  const PlaceIndex& places() const { return places_; }
+
   // Its scale, and what is to fix it.
   const MapScale& scale() const { return scale_; }
   MapScale& scale() { return scale_; }
@@ -143,6 +147,7 @@ class Map {
   SharedVector<Keyframe, 1> keyframes_;
   SharedVector<Track, 64> tracks_;
   MapEdges edges_;
+  PlaceIndex places_;
   InformationFilter filter_;
   SightNoise noise_;
   MapScale scale_;
