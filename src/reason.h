@@ -50,6 +50,13 @@ enum class Reason : std::int16_t {
   kMeasurementWithoutBaseline = 86,
   kTooManyMeasurements = 87,
   kMeasurementRepeated = 88,
+  // Loops refused: the map is as it was
+  kLoopTooFewInliers = 100,
+  kLoopOneSpot = 101,
+  kLoopScaleUncertain = 102,
+  kLoopImpossible = 103,
+  kLoopAmbiguous = 104,
+  kLoopNotConfirmed = 105,
   // The server's own
   kInternalError = 60,
 };

@@ -19,9 +19,10 @@ struct PlacedPoint {
   // What the other frame's own uncertainty adds, given the keyframe.
   Eigen::Matrix3d offset_covariance = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d lever_covariance = Eigen::Matrix3d::Zero();
-  void make_metric(double metres_per_unit) {
-    offset *= metres_per_unit;
-    offset_covariance *= metres_per_unit * metres_per_unit;
+  // What is in the map's unit.
+  void grow(double factor) {
+    offset *= factor;
+    offset_covariance *= factor * factor;
   }
 };
 
@@ -31,7 +32,7 @@ struct PlacedMeasurement {
   Eigen::Vector3d value = Eigen::Vector3d::Zero();           // m; of a length the first
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // of a length (0, 0)
   void make_metric(double metres_per_unit) {
-    for (PlacedPoint& point : points) point.make_metric(metres_per_unit);
+    for (PlacedPoint& point : points) point.grow(metres_per_unit);
   }
 };
 

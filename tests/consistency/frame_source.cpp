@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "consistency/recording.h"
+#include "consistency/trajectory_world.h"
 #include "features/front_end.h"
 #include "options.h"
 #include "server/jitter.h"
@@ -118,6 +119,15 @@ std::unique_ptr<FrameSource> make_source(const SourceOptions& options, int seed)
     return std::make_unique<FeatureSource>(options, seed);
   if (options.world == "lap" || options.world == "turn")
     return std::make_unique<ImageSource>(rendered(world_options(options, seed), options.cache), 0);
+  if (options.world.ends_with(".txt")) {
+    TrajectoryWorldOptions world;
+    world.max_frames = options.frames;
+    world.noise_px = options.noise_px;
+    world.noise_ratio = options.noise_ratio;
+    world.wrong_share = options.wrong_share;
+    world.seed = seed;
+    return std::make_unique<TrajectoryWorld>(options.world, world);
+  }
   return std::make_unique<ImageSource>(recorded(options.world, options.frames), seed);
 }
 
