@@ -80,11 +80,16 @@ void TrajectoryWorld::make_points(const Rigid3& pose, double length) {
   for (int k = 0; k < count; ++k) {
     const double side = random.uniform() < 0.5 ? -1 : 1;
     const double ahead = 8 + random.uniform(0, length);
+    const double which = random.uniform();
     Point point;
-    point.place =
-        random.uniform() < 0.85
-            ? pose * Eigen::Vector3d(side * random.uniform(4, 14), random.uniform(-6, 1.6), ahead)
-            : pose * Eigen::Vector3d(random.uniform(-4, 4), 1.65, ahead);
+    if (which < 0.65)  // walls and what stands before them
+      point.place =
+          pose * Eigen::Vector3d(side * random.uniform(4, 14), random.uniform(-6, 1.6), ahead);
+    else if (which < 0.85)  // behind them
+      point.place = pose * Eigen::Vector3d(side * random.uniform(14, 35), random.uniform(-12, 0),
+                                           ahead + random.uniform(0, 20));
+    else  // the road
+      point.place = pose * Eigen::Vector3d(random.uniform(-4, 4), 1.65, ahead);
     point.faces = pose.matrix().col(2);
     point.size = 0.03 * std::exp(random.uniform(0, 3));
     points_of_cell_[cell(point.place)].push_back(num_points());
@@ -93,7 +98,7 @@ void TrajectoryWorld::make_points(const Rigid3& pose, double length) {
 }
 
 FeatureFrame TrajectoryWorld::frame(int i) const {
-  constexpr double kNearest = 2, kSmallest = 1.2, kLargest = 30, kFaces = 0.64;  // m; px; cosine
+  constexpr double kNearest = 2, kSmallest = 1.2, kLargest = 30, kFaces = 0.34;  // m; px; cosine
   Random random(static_cast<std::uint64_t>(options_.seed) * 5'000'011 +
                 static_cast<std::uint64_t>(i));
   const Rigid3& pose = poses_[static_cast<std::size_t>(i)];

@@ -15,8 +15,8 @@
 namespace eifmap::test {
 
 struct TrajectoryWorldOptions {
-  int points_per_m = 14;  // of new ground
-  double range = 45;      // m that one sees
+  int points_per_m = 24;  // of new ground
+  double range = 50;      // m that one sees
   double noise_px = 0.5, noise_ratio = 1;
   double wrong_share = 0.05, repeatability = 0.85;
   int max_frames = 0;  // the first so many; 0: all

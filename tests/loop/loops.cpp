@@ -97,6 +97,14 @@ Outcome run_once(const Options& options, int seed, bool with) {
   for (const auto& [reason, count] : s.loops.refused)
     std::printf(", %s %d", describe(reason).name, static_cast<int>(count));
   std::printf("%s%s\n", s.loops.last.empty() ? "" : "; last: ", s.loops.last.c_str());
+  bool lost = false;
+  for (std::size_t i = 0; i < outcome.run.results.size(); ++i) {
+    const FrameResult& r = outcome.run.results[i];
+    if (r.state == TrackingState::kLost && !lost)
+      std::printf("  lost at frame %d: %s %s\n", static_cast<int>(i), describe(r.reason).name,
+                  r.detail.c_str());
+    lost = r.state == TrackingState::kLost;
+  }
   std::fflush(stdout);
   return outcome;
 }
@@ -126,6 +134,7 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", options.seeds, "runs");
   app.add_option("--first-seed", options.first_seed, "of the first run");
   app.add_option("--frames", options.source.frames, "of each run; 0: all");
+  app.add_option("--noise-px", options.source.noise_px, "features only: the noise");
   app.add_option("--cache", options.source.cache, "folder that keeps the rendered images");
   app.add_flag("--only-with", options.only_with, "no run without, to compare with");
   app.add_option("--config", options.config, "JSON as in the server's file; of it, the mapper");
