@@ -161,15 +161,15 @@ struct LoopOptions {
   int consecutive = 3;     // keyframes in a row that must point to the same place
   int min_inliers = 40;    // map features of the old place that agree with one pose
   int min_cells = 5;       // of 16 parts of the image that they are in
-  // Features with a depth on both sides, and the standard deviation of the scale's logarithm that
-  // they give: the scale is what drifts most.
+  // Features with a depth on both sides. They give the scale, which is what drifts most, by the
+  // median of the depths' ratios.
   int min_scale_pairs = 15;
-  double max_scale_sigma = 0.05;
-  // What the map may be off by: so many times what its covariances say, and so much of the way
-  // between the two passes on top, for a calibration that is off.
+  double max_scale_sigma = 0.05;  // standard deviation of the scale's logarithm that they give
+  // What the map may be off by: so many times what its covariances say, for what disturbs the
+  // images beyond their sigmas.
   double drift_factor = 3;
-  double drift_share = 0.01;
-  int max_compared = 100;  // keyframes elsewhere that must not explain the image as well
+  double drift_share = 0.01;  // and so much of the way between the passes, as a calibration may be
+  int max_compared = 100;     // keyframes elsewhere that must not explain the image as well
 };
 
 // The Laplacian sign whose features make the map (Omega_m); the other's (Omega_p) give relative

@@ -33,7 +33,8 @@ class FrameSource {
 };
 
 struct SourceOptions {
-  std::string world = "sideways";  // sideways, forward, loop; lap, turn (rendered); a file
+  std::string world = "sideways";  // sideways, forward, loop; lap, turn, tiles (rendered); street,
+  // corridor (straight, the latter the same again each 40 m); a file
   // of poses (.txt); or a folder
   int frames = 0;             // the first so many; 0: as many as make the world's way
   int every = 1;              // take every n-th

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <stdexcept>
+#include <utility>
 
 #include "options.h"
 #include "support/random.h"
@@ -28,6 +29,15 @@ std::vector<Rigid3> read_poses(const std::filesystem::path& file) {
   return poses;
 }
 
+// 0.7 m a frame, swaying a little.
+std::vector<Rigid3> straight_poses(int frames) {
+  std::vector<Rigid3> poses;
+  for (int k = 0; k < frames; ++k)
+    poses.push_back({so3_exp({0.005 * std::sin(0.13 * k), 0.01 * std::sin(0.07 * k), 0}),
+                     {0.2 * std::sin(0.05 * k), 0.03 * std::sin(0.21 * k), 0.7 * k}});
+  return poses;
+}
+
 // A descriptor of the point's own.
 void append_descriptor(int point, std::uint64_t seed, std::vector<std::int8_t>& descriptors) {
   Random random(seed * 7919 + static_cast<std::uint64_t>(point));
@@ -41,11 +51,21 @@ void append_descriptor(int point, std::uint64_t seed, std::vector<std::int8_t>& 
 
 TrajectoryWorld::TrajectoryWorld(const std::filesystem::path& file,
                                  const TrajectoryWorldOptions& options)
+    : TrajectoryWorld(read_poses(file), options) {}
+
+TrajectoryWorld::TrajectoryWorld(const TrajectoryWorldOptions& options)
+    : TrajectoryWorld(straight_poses(options.max_frames), options) {}
+
+TrajectoryWorld::TrajectoryWorld(std::vector<Rigid3> poses, const TrajectoryWorldOptions& options)
     : options_(options),
       camera_{1241, 376, CameraModel::kPinhole, 718.9, 718.9, 607.2, 185.2, {}},
-      poses_(read_poses(file)) {
+      poses_(std::move(poses)) {
   if (options.max_frames > 0 && size() > options.max_frames)
     poses_.resize(static_cast<std::size_t>(options.max_frames));
+  if (options.period > 0) {
+    make_periods();
+    return;
+  }
   // What lies ahead of the last pose as well.
   constexpr double kBehind = 6, kAlike = 0.7;   // m; cosine
   std::vector<std::pair<Rigid3, double>> made;  // from where, and how far along the way
@@ -92,9 +112,22 @@ void TrajectoryWorld::make_points(const Rigid3& pose, double length) {
       point.place = pose * Eigen::Vector3d(random.uniform(-4, 4), 1.65, ahead);
     point.faces = pose.matrix().col(2);
     point.size = 0.03 * std::exp(random.uniform(0, 3));
+    point.looks = num_points();
     points_of_cell_[cell(point.place)].push_back(num_points());
     points_.push_back(point);
   }
+}
+
+void TrajectoryWorld::make_periods() {
+  make_points(Rigid3(), options_.period);
+  const std::vector<Point> first = points_;
+  for (double from = options_.period; from < poses_.back().translation.z() + options_.range;
+       from += options_.period)
+    for (Point point : first) {
+      point.place.z() += from;
+      points_of_cell_[cell(point.place)].push_back(num_points());
+      points_.push_back(point);
+    }
 }
 
 FeatureFrame TrajectoryWorld::frame(int i) const {
@@ -136,8 +169,8 @@ FeatureFrame TrajectoryWorld::frame(int i) const {
     frame.keypoints.push_back({static_cast<float>(pixel.x()), static_cast<float>(pixel.y()),
                                static_cast<float>(sigma_px), static_cast<float>(scale), 0,
                                1 / static_cast<float>(seen.size() + 1),
-                               static_cast<std::int8_t>(k % 2 == 0 ? 1 : -1)});
-    seen.push_back(k);
+                               static_cast<std::int8_t>(point.looks % 2 == 0 ? 1 : -1)});
+    seen.push_back(point.looks);
   }
   for (std::size_t k = 0; k < seen.size(); ++k) {
     const bool wrong = random.uniform() < options_.wrong_share;

@@ -20,6 +20,9 @@ struct TrajectoryWorldOptions {
   double noise_px = 0.5, noise_ratio = 1;
   double wrong_share = 0.05, repeatability = 0.85;
   int max_frames = 0;  // the first so many; 0: all
+  // m along a straight way, after which everything looks the same again, and stands the same: 0
+  // never.
+  double period = 0;
   int seed = 1;
 };
 
@@ -30,6 +33,8 @@ class TrajectoryWorld : public FrameSource {
   // 10 Hz. Throws std::runtime_error when the file (12 numbers a line: the first three rows of
   // world_from_camera; camera as in notation.md) cannot be read.
   TrajectoryWorld(const std::filesystem::path& file, const TrajectoryWorldOptions& options);
+  // A straight way along z, of so many frames.
+  explicit TrajectoryWorld(const TrajectoryWorldOptions& options);
 
   int size() const override { return static_cast<int>(poses_.size()); }
   const Camera& camera() const override { return camera_; }
@@ -45,8 +50,11 @@ class TrajectoryWorld : public FrameSource {
     Eigen::Vector3d place;
     Eigen::Vector3d faces;  // unit: the way that a camera looks which sees it
     double size = 0;        // m
+    int looks = 0;          // what its descriptor and its sign come from
   };
+  TrajectoryWorld(std::vector<Rigid3> poses, const TrajectoryWorldOptions& options);
   void make_points(const Rigid3& pose, double length);
+  void make_periods();
   std::pair<int, int> cell(const Eigen::Vector3d& place) const;
 
   TrajectoryWorldOptions options_;
