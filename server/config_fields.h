@@ -179,6 +179,22 @@ void visit_fields(O& o, auto&& visit) {
   visit("new_map_after_s", o.new_map_after_s);
 }
 
+template <OptionsOf<LoopOptions> O>
+void visit_fields(O& o, auto&& visit) {
+  visit("enabled", o.enabled);
+  visit("max_candidates", o.max_candidates);
+  visit("min_gap", o.min_gap);
+  visit("min_matches", o.min_matches);
+  visit("consecutive", o.consecutive);
+  visit("min_inliers", o.min_inliers);
+  visit("min_cells", o.min_cells);
+  visit("min_scale_pairs", o.min_scale_pairs);
+  visit("max_scale_sigma", o.max_scale_sigma);
+  visit("drift_factor", o.drift_factor);
+  visit("drift_share", o.drift_share);
+  visit("max_compared", o.max_compared);
+}
+
 template <OptionsOf<BoundOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("max_keyframes", o.max_keyframes);
@@ -202,6 +218,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("filter", o.filter);
   visit("measurement", o.measurement);
   visit("lost", o.lost);
+  visit("loop", o.loop);
   visit("bound", o.bound);
 }
 

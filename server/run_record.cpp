@@ -42,6 +42,13 @@ Json nis_json(const MapperStatistics& statistics) {
   return json;
 }
 
+Json loops_json(const LoopCounts& loops) {
+  return {{"closed", loops.closed},
+          {"joined", loops.joined},
+          {"refused", reasons_json(loops.refused)},
+          {"last", loops.last}};
+}
+
 Json steps_json(const StepTimer& timer) {
   Json json = Json::object();
   for (const auto& [step, time] : timer.summary())
@@ -163,6 +170,7 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
                               {"frames", statistics.frames_with_moving}};
   report["bound"] = {{"removed_keyframes", statistics.removed_keyframes},
                      {"removed_landmarks", statistics.removed_landmarks}};
+  report["loops"] = loops_json(statistics.loops);
   report["nis"] = nis_json(statistics);
   if (!statistics.measurements.kinds.empty() || statistics.measurements_waiting > 0)
     report["measurements"] = measurements_json(statistics);

@@ -251,6 +251,11 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   describe_nis(status, statistics);
   status.diagnostics.push_back(diagnostic("bound.removed_keyframes", statistics.removed_keyframes));
   status.diagnostics.push_back(diagnostic("bound.removed_landmarks", statistics.removed_landmarks));
+  status.diagnostics.push_back(diagnostic("loops.closed", statistics.loops.closed));
+  status.diagnostics.push_back(diagnostic("loops.joined", statistics.loops.joined));
+  for (const auto& [reason, count] : statistics.loops.refused)
+    status.diagnostics.push_back(
+        diagnostic("loops.refused." + std::string(eifmap::describe(reason).name), count));
   status.diagnostics.push_back(diagnostic("moving.now", std::int64_t{last_.num_moving}));
   status.diagnostics.push_back(diagnostic("moving.most", statistics.most_moving));
   status.diagnostics.push_back(diagnostic("moving.frames", statistics.frames_with_moving));

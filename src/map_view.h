@@ -159,6 +159,14 @@ struct NisRatio {
   int count = 0, beyond = 0;    // measurements it is of, and those left out as outliers
 };
 
+// Places seen again, of all maps.
+struct LoopCounts {
+  std::int64_t closed = 0;  // and the map was bent
+  std::int64_t joined = 0;  // both passes agreed already
+  std::map<Reason, std::int64_t> refused;
+  std::string last;  // what became of the last one, in words
+};
+
 struct MapperStatistics {
   std::int64_t frames = 0;   // processed, rejected ones left out
   std::int64_t tracked = 0;  // with a pose at the time
@@ -173,6 +181,7 @@ struct MapperStatistics {
   bool sigma_suspect = false;  // the alarm of map/nis_monitor.h, now
   std::map<PoseSource, std::int64_t> sources;
   std::map<Reason, std::int64_t> reasons;
+  LoopCounts loops;
   ScaleState scale;  // of the current map
   EarthState earth;  // of it
   // Absolute measurements of all maps: used, refused, and those that still wait.

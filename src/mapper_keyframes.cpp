@@ -20,6 +20,7 @@ KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observe
   work->hardly_seen = live->sight_counts.hardly_seen(live->map());
   work->measurements = desk.take(live->map(), map_id);
   work->before = live->current;
+  work->loop_search = live->loop_search;
   if (runner && with_updates) work->news = std::move(live->news);
   return KeyframeJob(std::move(work));
 }
@@ -37,19 +38,30 @@ Reason Mapper::State::adopt(KeyframeJob job) {
   }
   // Where the camera is, seen from its reference, has not changed.
   Rigid3 reference_before = live->map().pose(live->reference);
-  if (work.after->epoch() != live->map().epoch()) {
+  if (work.after->is_metric() && !live->map().is_metric()) {
     const double metres_per_unit = work.after->scale().state.metres_per_unit;
     reference_before.translation *= metres_per_unit;
     live->make_metric(metres_per_unit);
     desk.make_metric(metres_per_unit);
-    if (!work.update) live->news.begin_anew();
   }
+  if (!work.loop.growth.empty()) {
+    const double here = work.loop.growth[static_cast<std::size_t>(live->reference)];
+    live->last.pose.translation =
+        reference_before.translation +
+        here * (live->last.pose.translation - reference_before.translation);
+    live->last.step *= here;
+    live->grow(work.loop.growth);
+    desk.grow(work.loop.growth);
+  }
+  if (work.after->epoch() != live->map().epoch() && !work.update) live->news.begin_anew();
   const Rigid3 now_from_before = work.after->pose(live->reference) * reference_before.inverse();
   live->last.pose = now_from_before * live->last.pose;
   live->last.step = now_from_before.rotation * live->last.step;
   if (live->log.newest_is(work.observed->frame.time_us))  // the filter knows better where it was
     live->last.pose = work.after->pose(work.insertion.keyframe);
   live->current = std::move(work.after);
+  live->loop_search = std::move(work.loop_search);
+  count_loop(work.loop);
   live->update = std::move(work.update);
   live->removed_keyframes += work.insertion.removed_keyframes;
   live->removed_landmarks += work.insertion.removed_landmarks;
@@ -60,6 +72,17 @@ Reason Mapper::State::adopt(KeyframeJob job) {
   live->reference = work.insertion.keyframe;
   map_changed = true;
   return Reason::kNone;
+}
+
+void Mapper::State::count_loop(const LoopOutcome& loop) {
+  if (!loop.found) return;
+  if (!loop.closed())
+    ++statistics.loops.refused[loop.reason];
+  else if (loop.growth.empty())
+    ++statistics.loops.joined;
+  else
+    ++statistics.loops.closed;
+  statistics.loops.last = loop.detail;
 }
 
 KeyframeJob Mapper::State::finish_job() {

@@ -11,6 +11,7 @@
 #include "frame_check.h"
 #include "map/calibration_check.h"
 #include "map/live_map.h"
+#include "map/loop_closing.h"
 #include "map/map_start.h"
 #include "map/measurement_desk.h"
 #include "map/nis_monitor.h"
@@ -105,6 +106,7 @@ struct Mapper::State {
   void warn_of_bounds(FrameResult& result) const;
   KeyframeJob make_job(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking);
   Reason adopt(KeyframeJob job);
+  void count_loop(const LoopOutcome& loop);
   KeyframeJob finish_job();
   void adopt_beside(FrameResult& result);
 };

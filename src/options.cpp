@@ -95,6 +95,22 @@ std::string lost_problem(const LostOptions& o) {
   return "";
 }
 
+std::string loop_problem(const LoopOptions& o) {
+  if (o.max_candidates < 1) return say("loop.max_candidates", o.max_candidates, "1 or more");
+  if (o.min_gap < 1) return say("loop.min_gap", o.min_gap, "1 or more");
+  if (o.min_matches < 6) return say("loop.min_matches", o.min_matches, "6 or more");
+  if (o.consecutive < 1) return say("loop.consecutive", o.consecutive, "1 or more");
+  if (o.min_inliers < 15) return say("loop.min_inliers", o.min_inliers, "15 or more");
+  if (o.min_cells < 1 || o.min_cells > 16) return say("loop.min_cells", o.min_cells, "1 to 16");
+  if (o.min_scale_pairs < 3) return say("loop.min_scale_pairs", o.min_scale_pairs, "3 or more");
+  if (!(o.max_scale_sigma > 0)) return say("loop.max_scale_sigma", o.max_scale_sigma, "above 0");
+  if (!(o.drift_factor >= 1)) return say("loop.drift_factor", o.drift_factor, "1 or more");
+  if (!(o.drift_share >= 0 && o.drift_share < 1))
+    return say("loop.drift_share", o.drift_share, "0 or more, below 1");
+  if (o.max_compared < 1) return say("loop.max_compared", o.max_compared, "1 or more");
+  return "";
+}
+
 std::string bound_problem(const BoundOptions& o) {
   if (o.max_keyframes != 0 && o.max_keyframes < 20)
     return say("bound.max_keyframes", o.max_keyframes, "0 or at least 20");
@@ -135,7 +151,7 @@ std::string MapperOptions::problem() const {
        {match.problem(), relative_pose.problem(), scale_fit.problem(), absolute_pose.problem(),
         start_problem(start), keyframe_problem(keyframe), landmark_problem(landmark),
         edge_problem(edge), filter_problem(filter), measurement_problem(measurement),
-        lost_problem(lost), bound_problem(bound)})
+        lost_problem(lost), loop_problem(loop), bound_problem(bound)})
     if (!problem.empty()) return problem;
   return "";
 }

@@ -154,6 +154,26 @@ struct LostOptions {
   double new_map_after_s = 2.0;  // lost this long: a new map may start
 };
 
+// Loop closure: a place that is seen again.
+struct LoopOptions {
+  bool enabled = false;    // until it has proven itself
+  int max_candidates = 4;  // keyframes matched with each new one: about a millisecond each
+  int min_gap = 20;        // keyframes between the two passes of a place
+  int min_matches = 20;    // landmarks of an old keyframe matched; by chance it is about 10
+  int consecutive = 3;     // keyframes in a row that must point to the same place
+  int min_inliers = 40;    // map features of the old place that agree with one pose
+  int min_cells = 5;       // of 16 parts of the image that they are in
+  // Features with a depth on both sides. They give the scale, which is what drifts most, by the
+  // median of the depths' ratios.
+  int min_scale_pairs = 15;
+  double max_scale_sigma = 0.05;  // standard deviation of the scale's logarithm that they give
+  // What the map may be off by: so many times what its covariances say, for what disturbs the
+  // images beyond their sigmas.
+  double drift_factor = 3;
+  double drift_share = 0.01;  // and so much of the way between the passes, as a calibration may be
+  int max_compared = 100;     // keyframes elsewhere that must not explain the image as well
+};
+
 // The Laplacian sign whose features make the map (Omega_m); the other's (Omega_p) give relative
 // poses.
 enum class MapSignChoice {
@@ -183,6 +203,7 @@ struct MapperOptions {
   FilterOptions filter;
   MeasurementOptions measurement;
   LostOptions lost;
+  LoopOptions loop;
   BoundOptions bound;
 
   std::string problem() const;  // "" or which field is wrong and why

@@ -53,7 +53,14 @@ enum class Reason : std::int16_t {
   kMeasurementWithoutLandmark = 89,
   kMeasurementSpare = 90,
   // What was asked for is not there
-  kKeyframeUnknown = 100,
+  kKeyframeUnknown = 110,
+  // Loops refused: the map is as it was
+  kLoopTooFewInliers = 100,
+  kLoopOneSpot = 101,
+  kLoopScaleUncertain = 102,
+  kLoopImpossible = 103,
+  kLoopAmbiguous = 104,
+  kLoopNotConfirmed = 105,
   // The server's own
   kInternalError = 60,
 };

@@ -153,6 +153,27 @@ void InformationFilter::carry(int removed_pose, const Rigid3& world_from_camera)
   set_pose(removed_pose, world_from_camera);
 }
 
+void InformationFilter::move(const std::vector<Rigid3>& poses,
+                             const std::vector<std::pair<int, Eigen::Vector3d>>& positions) {
+  const auto is_first = [this](const Rigid3& pose) {
+    return pose.translation == poses_[0].translation &&
+           pose.rotation.coeffs() == poses_[0].rotation.coeffs();
+  };
+  if (!has_gauge_ || poses.size() != poses_.size() || !is_first(poses[0]))
+    throw std::invalid_argument("InformationFilter::move: no gauge, or not of all poses");
+  for (const Rigid3& pose : poses)
+    if (!pose.translation.allFinite() || !pose.rotation.coeffs().allFinite())
+      throw std::invalid_argument("InformationFilter::move: a pose is not finite");
+  for (const auto& [landmark, position] : positions)
+    if (landmark < 0 || landmark >= num_landmarks() || !position.allFinite())
+      throw std::invalid_argument("InformationFilter::move: no such landmark, or not finite");
+  for (int p = 1; p < num_poses(); ++p)
+    if (!is_removed(p)) set_pose(p, poses[p]);
+  for (const auto& [landmark, position] : positions) landmarks_.write(landmark).position = position;
+  for (auto& [landmark, position] : positions_before_) position = landmarks_[landmark].position;
+  linearize_all_anew();
+}
+
 bool InformationFilter::has_absolute(int pose, AbsoluteObservation::Kind kind) const {
   return std::any_of(absolutes_.begin(), absolutes_.end(), [&](const FilterAbsolute& absolute) {
     return absolute.observation.kind == kind && is_of(absolute, pose);

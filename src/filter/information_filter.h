@@ -131,6 +131,14 @@ class InformationFilter {
   // thousandth of its sigma from the exact least-squares mean goes on with the next update.
   FilterUpdate update();
 
+  // Puts poses (all that are in use; by handle, removed ones are passed over) and landmarks where
+  // they are said to be, all by themselves: a start for the next update, which linearizes
+  // everything there, and no information. The first pose must stay, as the gauge;
+  // std::invalid_argument otherwise, and when a pose or a landmark is missing or not finite, and
+  // before the first update.
+  void move(const std::vector<Rigid3>& poses,
+            const std::vector<std::pair<int, Eigen::Vector3d>>& positions);
+
   // One Gauss-Newton step of everything: all measurements are linearized, all blocks summed and
   // factored anew, all poses and landmarks moved. What an update does only where it must.
   WholeIteration iterate_whole();

@@ -17,6 +17,18 @@ struct Similarity {
   Eigen::Vector3d operator*(const Eigen::Vector3d& x) const {
     return scale * (rotation * x) + translation;
   }
+  Similarity operator*(const Similarity& other) const {
+    return {scale * other.scale, rotation * other.rotation, *this * other.translation};
+  }
+  Similarity inverse() const {
+    const Eigen::Matrix3d back = rotation.transpose();
+    return {1 / scale, back, -(back * translation) / scale};
+  }
+  // Without the scale: of a camera's pose that of a camera which stands there.
+  Rigid3 rigid() const { return {Eigen::Quaterniond(rotation).normalized(), translation}; }
+  static Similarity of(const Rigid3& pose, double scale = 1) {
+    return {scale, pose.matrix(), pose.translation};
+  }
 };
 
 // A direction that is known in both frames; unit vectors.

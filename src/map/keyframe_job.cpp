@@ -25,6 +25,8 @@ void KeyframeJob::run() {
   if (work.insertion.reason == Reason::kNone)
     work.insertion.reason = fix_scale(*work.after, work.options.measurement);
   if (work.insertion.reason != Reason::kNone) return;
+  if (work.options.loop.enabled)
+    work.loop = close_loop(*work.after, work.insertion.keyframe, work.loop_search, work.options);
   work.calibration->look_at(*work.after);
   if (work.news && work.after->epoch() != epoch) work.news->begin_anew();
   if (work.news) work.update = work.news->since_last(*work.after);

@@ -7,6 +7,7 @@
 
 #include "map/calibration_check.h"
 #include "map/keyframe_insertion.h"
+#include "map/loop_closing.h"
 #include "map/map.h"
 #include "map/map_news.h"
 #include "map/measurement_desk.h"
@@ -26,10 +27,12 @@ struct KeyframeWork {
   std::shared_ptr<const Map> before;  // read by the tracking meanwhile
   std::optional<MapNews> news;        // of `before`; none: nobody wants updates of the map
   std::optional<CalibrationCheck> calibration;  // its pairs so far; run() adds to them
+  LoopSearch loop_search;                       // what it knows so far, as well
 
   // Made by run().
   std::shared_ptr<Map> after;
   Insertion insertion;  // with a reason: `after` is not to be trusted, and `before` goes on
+  LoopOutcome loop;     // of `after`, which it is in where it was closed
   std::optional<MapUpdate> update;
 };
 

@@ -16,6 +16,11 @@ void LiveMap::make_metric(double metres_per_unit) {
   last.step *= metres_per_unit;
 }
 
+void LiveMap::grow(const std::vector<double>& growth) {
+  log.grow(growth);
+  sight_counts.forget_last();
+}
+
 FinishedMap finish(const LiveMap& live) {
   FinishedMap finished;
   const Map& map = live.map();

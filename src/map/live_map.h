@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "map/loop_search.h"
 #include "map/map.h"
 #include "map/map_news.h"
 #include "map/sight_counts.h"
@@ -19,6 +20,8 @@ struct LiveMap {
   LiveMap(Map started, const Camera& camera);
   // All that is in the map's unit but the map itself, when that has become metric.
   void make_metric(double metres_per_unit);
+  // The same when what is near each keyframe has grown by so much (Map::bend()); but `last`.
+  void grow(const std::vector<double>& growth);
   // Never written to once it is here: a job may be reading it.
   const Map& map() const { return *current; }
 
@@ -28,6 +31,7 @@ struct LiveMap {
   TrajectoryLog log;
   TrackingHistory history;
   SightCounts sight_counts;
+  LoopSearch loop_search;         // while no job has it
   std::vector<int> most_tracked;  // by keyframe: landmarks that the best frame tracked from there
   // What the bounds have cost (map_bounds.h).
   int removed_keyframes = 0, removed_landmarks = 0;

@@ -83,6 +83,36 @@ void Map::make_metric(double metres_per_unit) {
     if (is_removed(k)) keyframes_.write(k).carrier_from_this.translation *= metres_per_unit;
 }
 
+std::vector<double> Map::bend(const std::vector<Similarity>& world_from_keyframe) {
+  if (world_from_keyframe.size() != keyframes_.size())
+    throw std::invalid_argument("Map::bend: not of all keyframes");
+  for (const Similarity& s : world_from_keyframe)
+    if (!(s.scale > 0)) throw std::invalid_argument("Map::bend: a scale is not positive");
+  std::vector<Rigid3> poses{pose(0)};
+  for (int k = 1; k < num_keyframes(); ++k) poses.push_back(world_from_keyframe[k].rigid());
+  std::vector<std::pair<int, Eigen::Vector3d>> positions;
+  for (const Track& track : tracks_) {
+    if (!track.is_landmark()) continue;
+    const int k = track.sights[track.sights.size() / 2].keyframe;
+    const Eigen::Vector3d in_keyframe = pose(k).inverse() * filter_.position(track.landmark);
+    positions.emplace_back(track.landmark, world_from_keyframe[k] * in_keyframe);
+  }
+  filter_.move(poses, positions);
+  std::vector<double> growth;
+  for (int k = 0; k < num_keyframes(); ++k)
+    growth.push_back(world_from_keyframe[is_removed(k) ? keyframes_[k].carrier : k].scale);
+  const auto grow = [&growth](PlacedMeasurement& m) {
+    for (PlacedPoint& point : m.points) point.grow(growth[point.keyframe]);
+  };
+  for (PlacedMeasurement& m : scale_.waiting) grow(m);
+  for (PlacedMeasurement& m : scale_.contradicting) grow(m);
+  for (int k = 0; k < num_keyframes(); ++k)
+    if (is_removed(k)) keyframes_.write(k).carrier_from_this.translation *= growth[k];
+  carry_removed();
+  ++num_bends_;
+  return growth;
+}
+
 void Map::carry_removed() {
   if (num_removed_ == 0) return;
   for (int k = 0; k < num_keyframes(); ++k)
@@ -151,6 +181,22 @@ void Map::remove_track(int track) {
   filter_.remove_landmark(t.landmark);
   t.landmark = -1;
   --num_landmarks_;
+}
+
+bool Map::join_tracks(int kept, int gone) {
+  const std::vector<Sight> sights = tracks_.at(gone).sights;
+  const std::vector<Sight>& others = tracks_.at(kept).sights;
+  const auto is_seen = [&](const Sight& sight) {
+    return std::any_of(others.begin(), others.end(),
+                       [&](const Sight& s) { return s.keyframe == sight.keyframe; });
+  };
+  if (kept == gone || std::any_of(sights.begin(), sights.end(), is_seen)) return false;
+  // A measured distance would go with it.
+  const Track& leaving = tracks_[gone];
+  if (leaving.is_landmark() && filter_.num_distances(leaving.landmark) > 0) return false;
+  remove_track(gone);
+  for (const Sight& sight : sights) add_sight(kept, sight);
+  return true;
 }
 
 void Map::promote(int track, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance) {

@@ -10,6 +10,7 @@
 
 #include "filter/information_filter.h"
 #include "geometry/rigid3.h"
+#include "geometry/similarity.h"
 #include "map/map_scale.h"
 #include "map/observed_frame.h"
 #include "map/sight_noise.h"
@@ -79,6 +80,14 @@ class Map {
                         world_from_camera);
   }
 
+  // Puts the map where it belongs as a whole, as after a loop is closed: each keyframe (removed
+  // ones are passed over) to its world_from_keyframe, whose scale is how much what is near it
+  // grows, and landmarks with the keyframe in the middle of their tracks. A start for the next
+  // update, and no information: see InformationFilter::move() also for what is refused. The first
+  // keyframe stays. Returns by keyframe how much what is near it has grown; of a removed one, its
+  // carrier's.
+  std::vector<double> bend(const std::vector<Similarity>& world_from_keyframe);
+
   // Takes a keyframe out of the map: its sights, the landmarks that less than two are left of, its
   // edges, whose measurements may be used again by the other keyframe, and what was seen in it.
   // Information is lost by it, and none invented. Its number stays valid: pose() is from then on
@@ -101,6 +110,10 @@ class Map {
   bool add_sight(int track, const Sight& sight);
   void remove_sight(int track, int keyframe);
   void remove_track(int track);
+  // What turns out to be one feature: `gone` gives its sights to `kept`, and is no more. Refused
+  // (false) when they are seen in the same keyframe, or are the same, or `gone` is in a measured
+  // distance.
+  bool join_tracks(int kept, int gone);
   // Puts a candidate with all its sightings into the filter.
   void promote(int track, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance);
 
@@ -114,8 +127,10 @@ class Map {
   // Its scale, and what is to fix it.
   const MapScale& scale() const { return scale_; }
   MapScale& scale() { return scale_; }
-  // 1 more when all of it has changed at once, as when it became metric.
-  int epoch() const { return scale_.state.status == ScaleStatus::kFixed ? 1 : 0; }
+  // 1 more when all of it has changed at once, as when it became metric or a loop was closed.
+  int epoch() const { return num_bends_ + (is_metric() ? 1 : 0); }
+  bool is_metric() const { return scale_.state.status == ScaleStatus::kFixed; }
+  int num_bends() const { return num_bends_; }
 
   // Landmarks (tracks) that a measured distance is of, ascending: not to be given up for less than
   // a want of sights, since the scale may rest on them.
@@ -154,6 +169,7 @@ class Map {
   SharedVector<int, 1024> track_of_landmark_;
   int num_landmarks_ = 0;
   int num_removed_ = 0;  // keyframes
+  int num_bends_ = 0;
 };
 
 }  // namespace eifmap

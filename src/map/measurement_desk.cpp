@@ -50,13 +50,20 @@ void MeasurementDesk::make_keyframe(std::int64_t time_us, int keyframe) {
   if (frame != frames_.rend()) *frame = PlacedFrame::as_keyframe(time_us, keyframe);
 }
 
+void PlacedFrame::grow(double factor) {
+  keyframe_from_camera.translation *= factor;
+  covariance.topRightCorner<3, 3>() *= factor;
+  covariance.bottomLeftCorner<3, 3>() *= factor;
+  covariance.bottomRightCorner<3, 3>() *= factor * factor;
+}
+
 void MeasurementDesk::make_metric(double metres_per_unit) {
-  for (PlacedFrame& frame : frames_) {
-    frame.keyframe_from_camera.translation *= metres_per_unit;
-    frame.covariance.topRightCorner<3, 3>() *= metres_per_unit;
-    frame.covariance.bottomLeftCorner<3, 3>() *= metres_per_unit;
-    frame.covariance.bottomRightCorner<3, 3>() *= metres_per_unit * metres_per_unit;
-  }
+  for (PlacedFrame& frame : frames_) frame.grow(metres_per_unit);
+}
+
+void MeasurementDesk::grow(const std::vector<double>& growth) {
+  for (PlacedFrame& frame : frames_)
+    if (frame.keyframe >= 0) frame.grow(growth[static_cast<std::size_t>(frame.keyframe)]);
 }
 
 Reason MeasurementDesk::find(const Map& map, std::int64_t time_us, Between& between) const {

@@ -22,6 +22,7 @@ struct PlacedFrame {
   // Of (w in the camera's frame, centre in the keyframe's), given the keyframe; map units.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 
+  void grow(double factor);  // what is in the map's unit
   static PlacedFrame without_pose(std::int64_t time_us) { return as_keyframe(time_us, -1); }
   static PlacedFrame as_keyframe(std::int64_t time_us, int keyframe) {
     PlacedFrame frame;
@@ -42,6 +43,8 @@ class MeasurementDesk {
   // The frame of that time, which has been added, is a keyframe now.
   void make_keyframe(std::int64_t time_us, int keyframe);
   void make_metric(double metres_per_unit);
+  // By keyframe, how much what is near it has grown: Map::bend().
+  void grow(const std::vector<double>& growth);
   void forget_frames() { frames_.clear(); }
 
   // One that waits, or was taken.

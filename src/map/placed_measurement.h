@@ -23,9 +23,10 @@ struct PlacedPoint {
   // What the other frame's own uncertainty adds, given the keyframe.
   Eigen::Matrix3d offset_covariance = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d lever_covariance = Eigen::Matrix3d::Zero();
-  void make_metric(double metres_per_unit) {
-    offset *= metres_per_unit;
-    offset_covariance *= metres_per_unit * metres_per_unit;
+  // What is in the map's unit.
+  void grow(double factor) {
+    offset *= factor;
+    offset_covariance *= factor * factor;
   }
 };
 
@@ -38,7 +39,7 @@ struct PlacedMeasurement {
   // Of a length (0, 0), of gravity that of a turn, rad^2, in the keyframe's camera frame.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   void make_metric(double metres_per_unit) {
-    for (PlacedPoint& point : points) point.make_metric(metres_per_unit);
+    for (PlacedPoint& point : points) point.grow(metres_per_unit);
   }
 };
 

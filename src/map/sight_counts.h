@@ -45,6 +45,9 @@ class SightCounts {
     if (last_) last_->translation *= metres_per_unit;
   }
 
+  // Where the frame counted last was is not known any more: the next one counts.
+  void forget_last() { last_.reset(); }
+
   // The landmarks seen in less than a quarter of the frames that should show them; ascending.
   std::vector<int> hardly_seen(const Map& map) const;
 

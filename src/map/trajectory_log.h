@@ -23,6 +23,11 @@ class TrajectoryLog {
   void make_metric(double metres_per_unit) {
     for (Entry& e : entries_) e.keyframe_from_camera.translation *= metres_per_unit;
   }
+  // By keyframe, how much what is near it has grown: Map::bend().
+  void grow(const std::vector<double>& growth) {
+    for (Entry& e : entries_)
+      e.keyframe_from_camera.translation *= growth[static_cast<std::size_t>(e.keyframe)];
+  }
   bool newest_is(std::int64_t time_us) const {
     return !entries_.empty() && entries_.back().time_us == time_us;
   }

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "consistency/recording.h"
+#include "consistency/trajectory_world.h"
 #include "features/front_end.h"
 #include "options.h"
 #include "server/jitter.h"
@@ -105,7 +106,10 @@ class ImageSource : public FrameSource {
 
 SimulationOptions world_options(const SourceOptions& options, int seed) {
   SimulationOptions world;
-  world.motion = options.world;
+  if (options.world == "tiles")
+    world.world = options.world;
+  else
+    world.motion = options.world;
   if (options.frames > 0) world.num_frames = options.frames;
   world.seed = seed;
   return world;
@@ -116,8 +120,21 @@ SimulationOptions world_options(const SourceOptions& options, int seed) {
 std::unique_ptr<FrameSource> make_source(const SourceOptions& options, int seed) {
   if (options.world == "sideways" || options.world == "forward" || options.world == "loop")
     return std::make_unique<FeatureSource>(options, seed);
-  if (options.world == "lap" || options.world == "turn")
+  if (options.world == "lap" || options.world == "turn" || options.world == "tiles")
     return std::make_unique<ImageSource>(rendered(world_options(options, seed), options.cache), 0);
+  const bool straight = options.world == "street" || options.world == "corridor";
+  if (straight || options.world.ends_with(".txt")) {
+    TrajectoryWorldOptions world;
+    world.max_frames = options.frames;
+    world.noise_px = options.noise_px;
+    world.noise_ratio = options.noise_ratio;
+    world.wrong_share = options.wrong_share;
+    world.seed = seed;
+    if (!straight) return std::make_unique<TrajectoryWorld>(options.world, world);
+    if (options.frames == 0) world.max_frames = 400;
+    if (options.world == "corridor") world.period = 40, world.range = 37, world.points_per_m = 40;
+    return std::make_unique<TrajectoryWorld>(world);
+  }
   return std::make_unique<ImageSource>(recorded(options.world, options.frames), seed);
 }
 

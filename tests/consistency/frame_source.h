@@ -33,12 +33,14 @@ class FrameSource {
 };
 
 struct SourceOptions {
-  std::string world = "sideways";  // sideways, forward, loop; lap, turn (rendered); or a folder
-  int frames = 0;                  // the first so many; 0: as many as make the world's way
-  int every = 1;                   // take every n-th
-  double wrong_share = 0.05;       // of the feature-level worlds' keypoints
-  double noise_px = 0.5;           // of the feature-level worlds' keypoints
-  double noise_ratio = 1;          // the same: noise over what the keypoints claim
+  std::string world = "sideways";  // sideways, forward, loop; lap, turn, tiles (rendered); street,
+  // corridor (straight, the latter the same again each 40 m); a file
+  // of poses (.txt); or a folder
+  int frames = 0;             // the first so many; 0: as many as make the world's way
+  int every = 1;              // take every n-th
+  double wrong_share = 0.05;  // of the feature-level worlds' keypoints
+  double noise_px = 0.5;      // of the feature-level worlds' keypoints
+  double noise_ratio = 1;     // the same: noise over what the keypoints claim
   // The same: what the calibration that the mapper is told is off by, in the sigmas that
   // MeasurementOptions has by default.
   double calibration_off = 0;

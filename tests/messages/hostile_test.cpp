@@ -299,7 +299,7 @@ TEST(Hostile, RelativeValues) {
   answer(false, [=](relative_t& m) { m.covariance[35] = nan; });
   answer(false, [](relative_t& m) { m.quaternion[0] = 2; });
   // Without an answer nobody looks at what is none.
-  answer(true, [=](relative_t& m) { m.reason = 100, m.covariance[35] = nan; });
+  answer(true, [=](relative_t& m) { m.reason = 110, m.covariance[35] = nan; });
 }
 
 TEST(Hostile, EarthValues) {

@@ -1,0 +1,214 @@
+// What closing loops makes of a run: errors against the truth with and without, loops closed and
+// refused, and what it costs.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <opencv2/core/utility.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "consistency/frame_source.h"
+#include "mapper.h"
+#include "sequence/trajectory_error.h"
+#include "server/config.h"
+#include "support/thread_cpu.h"
+
+namespace {
+
+using namespace eifmap;
+using namespace eifmap::test;
+
+constexpr int kFailed = 1, kBadOptions = 2, kSkipped = 77;
+
+struct Options {
+  SourceOptions source;
+  int seeds = 1, first_seed = 1;
+  bool only_with = false;
+  std::string config;
+  int least_closed = 0, most_closed = 1000000;
+  double ratio = 0;      // of errors, with over without; 0: any
+  double end_ratio = 0;  // the same of the last frame's place, start to end
+  double error = 0;      // m; 0: any
+};
+
+struct Outcome {
+  double ate = 0, end = 0;  // m: all frames after alignment; the last frame, start to end
+  MapperStatistics statistics;
+};
+
+MapperOptions mapper_options(const Options& options, bool with) {
+  ServerConfig base;
+  if (!options.config.empty()) {
+    const ParsedConfig parsed = parse_config(options.config, base);
+    const std::string problem = parsed.problem.empty() ? parsed.config.problem() : parsed.problem;
+    if (!problem.empty()) throw std::invalid_argument("--config: " + problem);
+    base = parsed.config;
+  }
+  base.mapper.loop.enabled = with;
+  return base.mapper;
+}
+
+std::vector<TumPose> tum(const std::vector<TimedPose>& poses) {
+  std::vector<TumPose> out;
+  for (const TimedPose& p : poses)
+    out.push_back({1e-6 * static_cast<double>(p.time_us), p.world_from_camera});
+  return out;
+}
+
+// What the place of the last frame is off, seen from the first ones, whose gauge fixes the scale
+// by the first tenth of the way.
+double end_to_start(const std::vector<TimedPose>& truth, const std::vector<TimedPose>& estimate) {
+  const auto n = static_cast<Eigen::Index>(std::max<std::size_t>(3, estimate.size() / 10));
+  if (estimate.size() < 4 || estimate.size() > truth.size()) return 0;
+  Eigen::Matrix3Xd a(3, n), b(3, n);
+  const auto true_at = [&](std::int64_t time_us) {
+    for (const TimedPose& p : truth)
+      if (p.time_us == time_us) return p.world_from_camera.translation;
+    return Eigen::Vector3d(Eigen::Vector3d::Zero());
+  };
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const TimedPose& p = estimate[static_cast<std::size_t>(k)];
+    a.col(k) = true_at(p.time_us);
+    b.col(k) = p.world_from_camera.translation;
+  }
+  const Similarity truth_from_map = fit_similarity(a, b);
+  const TimedPose& last = estimate.back();
+  return (true_at(last.time_us) - truth_from_map * last.world_from_camera.translation).norm();
+}
+
+// CPU time of keyframes, s.
+class KeyframeTimes {
+ public:
+  void operator()(std::string_view step, bool begins) {
+    if (step != "keyframe") return;
+    if (begins)
+      begin_ = thread_cpu_seconds();
+    else
+      longest_ = std::max(longest_, thread_cpu_seconds() - begin_);
+  }
+  double longest() const { return longest_; }
+
+ private:
+  double begin_ = 0, longest_ = 0;
+};
+
+// What became of each loop, as it is said; and where the camera was lost.
+class Diary {
+ public:
+  void add(int frame, const FrameResult& result, const MapperStatistics& statistics) {
+    const LoopCounts& loops = statistics.loops;
+    if (loops.closed + loops.joined > closed_)
+      std::printf("  frame %d: %s: %s\n", frame, loops.closed > bent_ ? "closed" : "joined",
+                  loops.last.c_str());
+    closed_ = loops.closed + loops.joined;
+    bent_ = loops.closed;
+    const bool lost = result.state == TrackingState::kLost;
+    if (lost && !lost_)
+      std::printf("  frame %d: lost: %s %s\n", frame, describe(result.reason).name,
+                  result.detail.c_str());
+    lost_ = lost;
+  }
+
+ private:
+  std::int64_t closed_ = 0, bent_ = 0;
+  bool lost_ = false;
+};
+
+void print(const Outcome& outcome, int seed, bool with, double cpu_s, double longest_s) {
+  const MapperStatistics& s = outcome.statistics;
+  std::printf(
+      "seed %d %s: ATE %.4f m, end %.4f m; tracked %d of %d, %d losses, %d keyframes, %.1f s, "
+      "longest keyframe %.2f s; loops closed %d, joined %d",
+      seed, with ? "with" : "without", outcome.ate, outcome.end, static_cast<int>(s.tracked),
+      static_cast<int>(s.frames), static_cast<int>(s.losses), static_cast<int>(s.keyframes), cpu_s,
+      longest_s, static_cast<int>(s.loops.closed), static_cast<int>(s.loops.joined));
+  for (const auto& [reason, count] : s.loops.refused)
+    std::printf(", %s %d", describe(reason).name, static_cast<int>(count));
+  std::printf("%s%s\n", s.loops.last.empty() ? "" : "; last: ", s.loops.last.c_str());
+  std::fflush(stdout);
+}
+
+Outcome run_once(const Options& options, int seed, bool with) {
+  const auto source = make_source(options.source, seed);
+  Mapper mapper(source->camera(), mapper_options(options, with));
+  KeyframeTimes times;
+  mapper.set_step_observer([&times](std::string_view step, bool begins) { times(step, begins); });
+  std::vector<TimedPose> truth;
+  Diary diary;
+  double cpu_s = 0;
+  for (int i = 0; i < source->size(); ++i) {
+    if (const auto pose = source->world_from_camera(i))
+      truth.push_back({source->time_us(i), *pose});
+    const FeatureFrame frame = source->frame(i);
+    const double before = thread_cpu_seconds();
+    const FrameResult result = mapper.process(frame);
+    cpu_s += thread_cpu_seconds() - before;
+    diary.add(i, result, mapper.statistics());
+  }
+  Outcome outcome;
+  const std::vector<TimedPose> estimate = mapper.final_trajectory();
+  const TrajectoryError error = trajectory_error(tum(truth), tum(estimate), {});
+  outcome.ate = error.aligned ? error.rmse_m : -1;
+  outcome.end = end_to_start(truth, estimate);
+  outcome.statistics = mapper.statistics();
+  for (const std::string& problem : mapper.audit()) std::printf("FAILED: %s\n", problem.c_str());
+  print(outcome, seed, with, cpu_s, times.longest());
+  return outcome;
+}
+
+bool judge(const Options& options, int seed) {
+  const Outcome without = options.only_with ? Outcome() : run_once(options, seed, false);
+  const Outcome with = run_once(options, seed, true);
+  const LoopCounts& loops = with.statistics.loops;
+  const auto closed = static_cast<int>(loops.closed + loops.joined);
+  bool good = closed >= options.least_closed && closed <= options.most_closed;
+  if (!good) std::printf("FAILED: %d loops closed\n", closed);
+  if (options.ratio > 0 && !(with.ate <= options.ratio * without.ate))
+    std::printf("FAILED: the error is above %.2f of that without\n", options.ratio), good = false;
+  if (options.end_ratio > 0 && !(with.end <= options.end_ratio * without.end))
+    std::printf("FAILED: the end's error is above %.2f of that without\n", options.end_ratio),
+        good = false;
+  if (options.error > 0 && !(with.ate <= options.error))
+    std::printf("FAILED: the error is above %.3f m\n", options.error), good = false;
+  return good;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  cv::setNumThreads(1);
+  Options options;
+  CLI::App app("What closing loops makes of a run", "loops");
+  app.add_option("world", options.source.world,
+                 "sideways, forward, loop: features only; lap: rendered; a file of poses (.txt): "
+                 "features along that way; or a recorded folder");
+  app.add_option("--seeds", options.seeds, "runs");
+  app.add_option("--first-seed", options.first_seed, "of the first run");
+  app.add_option("--frames", options.source.frames, "of each run; 0: all");
+  app.add_option("--noise-px", options.source.noise_px, "features only: the noise");
+  app.add_option("--cache", options.source.cache, "folder that keeps the rendered images");
+  app.add_flag("--only-with", options.only_with, "no run without, to compare with");
+  app.add_option("--config", options.config, "JSON as in the server's file; of it, the mapper");
+  app.add_option("--least", options.least_closed, "expected: loops closed, at least");
+  app.add_option("--most", options.most_closed, "expected: loops closed, at most");
+  app.add_option("--ratio", options.ratio, "expected: error with over error without, at most");
+  app.add_option("--end-ratio", options.end_ratio, "the same of the last frame's place");
+  app.add_option("--error", options.error, "expected: error with, at most (m)");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const std::string& world = options.source.world;
+    if (world.find('/') != std::string::npos && !std::filesystem::exists(world)) {
+      std::printf("skipped: no %s\n", world.c_str());
+      return kSkipped;
+    }
+    bool good = true;
+    for (int i = 0; i < options.seeds; ++i) good = judge(options, options.first_seed + i) && good;
+    return good ? 0 : kFailed;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "loops: %s\n", error.what());
+    return kBadOptions;
+  }
+}
