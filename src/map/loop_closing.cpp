@@ -23,8 +23,8 @@ bool agrees_already(const Map& map, const LoopFit& fit, const MapperOptions& opt
          std::abs(std::log(fit.world_from_newest.scale)) <= kOfScale;
 }
 
-// To the mean from a start that is far from it for an update: without throwing out what does not
-// fit yet. False where it does not get nearer.
+// To the mean from a start that is far from it for an update, which would throw out what does not
+// fit yet, and keep what happens to agree with where the map was. False where it does not get nearer.
 bool settle(Map& map) {
   constexpr int kSteps = 8;
   constexpr double kNear = 1;  // squared sigmas
@@ -57,8 +57,9 @@ Reason bend_and_join(Map& map, const LoopFit& fit, const MapperOptions& options,
     outcome.growth = map.bend(graph.nodes);
   }
   outcome.joined = join_sights(map, fit.newest, fit.sights);
-  if (!outcome.growth.empty() && !settle(map)) return Reason::kLoopNotConfirmed;
+  if (!settle(map)) return Reason::kLoopNotConfirmed;
   outcome.joined += join_passes(map, here, there, options);
+  if (!settle(map)) return Reason::kLoopNotConfirmed;
   return map.update().reason == Reason::kNone ? Reason::kNone : Reason::kLoopNotConfirmed;
 }
 
