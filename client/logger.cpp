@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "convert/channel.h"
+#include "convert/earth_fields.h"
 #include "convert/scale_fields.h"
 #include "names.h"
 #include "sequence/decisions_file.h"
@@ -34,6 +35,15 @@ void add_scale(Json& json, const ScaleState& scale) {
   json["scale"] = name(scale.status);
   json["metres_per_unit"] = scale.metres_per_unit;
   json["sigma_log_scale"] = scale.sigma;  // null: unknown
+}
+
+// Of a status. Nothing more of an earth that is unknown.
+void add_earth(Json& json, const EarthState& earth) {
+  json["earth"] = name(earth.status);
+  if (earth.status == EarthStatus::kUnknown) return;
+  const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> rows = earth.covariance;
+  json["earth_from_map"] = pose_json(earth.earth_from_map);
+  json["earth_covariance"] = std::vector<double>(rows.data(), rows.data() + rows.size());
 }
 
 Json json_of(const PublishedPose& message) {
@@ -78,6 +88,7 @@ Json json_of(const status_t& status) {
   json["map_epoch"] = status.map_epoch;
   json["map_seq"] = status.map_seq;
   add_scale(json, read_scale(status));
+  add_earth(json, read_earth(status));
   json["frames_received"] = status.frames_received;
   json["frames_processed"] = status.frames_processed;
   json["frames_dropped"] = status.frames_dropped;

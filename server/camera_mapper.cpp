@@ -1,6 +1,7 @@
 #include "server/camera_mapper.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -243,15 +244,37 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
 
 // What is refused now is counted by the mapper.
 void CameraMapper::give_measurements() {
-  for (const AbsoluteMeasurement& measurement : measurements_.give(camera_))
+  constexpr std::int64_t kNoMap = std::numeric_limits<std::int64_t>::max();
+  for (AbsoluteMeasurement& measurement : measurements_.give(camera_)) {
+    // Of a map of the mapper before: that has no landmarks any more.
+    if (measurement.map_id != 0)
+      measurement.map_id =
+          measurement.map_id > map_id_offset_ ? measurement.map_id - map_id_offset_ : kNoMap;
     if (mapper_->add_measurement(measurement) == Reason::kNone) record_.add(measurement);
+  }
 }
 
 MapUpdate CameraMapper::next_update() {
   MapUpdate update = mapper_->map_update();
   update.map_id += map_id_offset_;
   map_seq_ = update.seq;
+  map_epoch_ = update.map_epoch;
   return update;
+}
+
+RelativeAnswer CameraMapper::answer(const RelativeRequest& request) const {
+  RelativeAnswer answer;
+  answer.request = request;
+  answer.map_epoch = map_epoch_;
+  answer.map_seq = map_seq_;
+  std::optional<RelativeView> view;
+  if (mapper_ && request.camera == camera_ && request.map_id == last_map_id_)
+    view = mapper_->relative_pose(request.a, request.b);
+  if (view)
+    answer.view = *view;
+  else
+    answer.reason = Reason::kKeyframeUnknown;
+  return answer;
 }
 
 std::optional<MapUpdate> CameraMapper::adopt_keyframe(bool wait) {

@@ -12,6 +12,7 @@
 
 #include "convert/bytes.h"
 #include "convert/channel.h"
+#include "convert/relative_message.h"
 #include "features/extractor.h"
 #include "mapper.h"
 #include "server/config.h"
@@ -45,6 +46,10 @@ class CameraMapper {
     return measurements_.take(camera, bytes);
   }
   MeasurementIntake::Counts measurements() const { return measurements_.counts(); }
+
+  // Where a keyframe is seen from another one of the map in use; kKeyframeUnknown where one is not
+  // in it. Who sends it adds time and origin.
+  RelativeAnswer answer(const RelativeRequest& request) const;
 
   struct Mapped {
     FrameResult result;               // rejected, with the reason, when it never reached the map
@@ -104,7 +109,7 @@ class CameraMapper {
   std::optional<KeyframeWorker> keyframes_;  // none: the mapper does it at once
   std::optional<Mapper> mapper_;
   // A mapper counts its maps from 1; what is published goes on counting from the mapper before.
-  std::int64_t map_id_offset_ = 0, last_map_id_ = 0, map_seq_ = 0;
+  std::int64_t map_id_offset_ = 0, last_map_id_ = 0, map_epoch_ = 0, map_seq_ = 0;
   std::set<std::string> guessed_;  // cameras whose calibration in use is a guess
   StreamBook streams_;
   MeasurementIntake measurements_;

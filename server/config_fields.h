@@ -175,6 +175,7 @@ void visit_fields(O& o, auto&& visit) {
 template <OptionsOf<LostOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("min_inliers", o.min_inliers);
+  visit("places", o.places);
   visit("new_map_after_s", o.new_map_after_s);
 }
 

@@ -42,9 +42,9 @@ class Inbox {
   // More than `max_bytes` never wait, except a single larger message.
   Inbox(InputMode mode, std::size_t max_bytes) : mode_(mode), max_bytes_(max_bytes) {}
 
-  // Moves in a copy of the bytes. A calibration replaces one of the same camera that waits, a
-  // measurement nothing. Waits for room when lossless, unless the taker itself puts: what then has
-  // no room is dropped. After close() nothing is taken in.
+  // Moves in a copy of the bytes. A calibration replaces one of the same camera that waits,
+  // measurements and requests nothing. Waits for room when lossless, unless the taker itself puts:
+  // what then has no room is dropped. After close() nothing is taken in.
   void put(const Channel& channel, Bytes bytes, bool may_wait = true);
 
   // The next message, in the order of their arrival; waits for one until `deadline`.
@@ -64,6 +64,11 @@ class Inbox {
  private:
   static bool is_frame(const Channel& channel) {
     return channel.kind == ChannelKind::kImage || channel.kind == ChannelKind::kFeatures;
+  }
+  // Replaces nothing of its kind.
+  static bool each_counts(const Channel& channel) {
+    return channel.kind == ChannelKind::kMeasurement ||
+           channel.kind == ChannelKind::kRelativeRequest;
   }
   bool is_foreign(const Channel& channel) const {
     return !camera_.empty() && channel.camera != camera_;

@@ -53,11 +53,13 @@ MappingServer::~MappingServer() {
 void MappingServer::subscribe(const ServerConfig& config) {
   const int max_queued = config.input == InputMode::kLossless ? kQueuedLossless : kQueuedNewest;
   const auto queued = [max_queued](ChannelKind kind) {
-    const bool each_counts = kind == ChannelKind::kFeatures || kind == ChannelKind::kMeasurement;
+    const bool each_counts = kind == ChannelKind::kFeatures || kind == ChannelKind::kMeasurement ||
+                             kind == ChannelKind::kRelativeRequest;
     return each_counts ? kQueuedLossless : max_queued;
   };
-  for (const ChannelKind kind : {ChannelKind::kCalibration, ChannelKind::kImage,
-                                 ChannelKind::kFeatures, ChannelKind::kMeasurement})
+  for (const ChannelKind kind :
+       {ChannelKind::kCalibration, ChannelKind::kImage, ChannelKind::kFeatures,
+        ChannelKind::kMeasurement, ChannelKind::kRelativeRequest})
     bus_.subscribe(channel_pattern(config.camera, kind), queued(kind),
                    [this](const std::string& channel, Bytes bytes) { receive(channel, bytes); });
   if (config.image_channel.empty()) return;
@@ -121,6 +123,8 @@ void MappingServer::take_turn() {
     take_calibration(*message);
   else if (message->channel.kind == ChannelKind::kMeasurement)
     take_measurement(*message);
+  else if (message->channel.kind == ChannelKind::kRelativeRequest)
+    take_request(*message);
   else
     take_frame(*message);
   tell_changes();
@@ -134,6 +138,20 @@ void MappingServer::take_calibration(const Received& message) {
 void MappingServer::take_measurement(const Received& message) {
   const auto taken = mapper_.take_measurement(message.channel.camera, message.bytes);
   if (taken.reason != Reason::kNone) board_.note_measurement(taken.reason, taken.detail);
+}
+
+// One that cannot be read has nobody to be told.
+void MappingServer::take_request(const Received& message) {
+  Decoded<RelativeRequest> request = decode_relative_request(message.bytes);
+  if (request.ok() && request.value.camera != message.channel.camera)
+    request = Decoded<RelativeRequest>::refuse(
+        Reason::kMalformedMessage, "it names camera " + request.value.camera +
+                                       " on a channel of camera " + message.channel.camera);
+  if (!request.ok()) return board_.note_measurement(request.reason, request.detail);
+  RelativeAnswer answer = mapper_.answer(request.value);
+  answer.time_us = now_us();
+  answer.origin = {server_epoch_, request.value.camera};
+  send(channel_name(request.value.camera, ChannelKind::kRelative), encode(to_message(answer)));
 }
 
 void MappingServer::take_frame(const Received& message) {

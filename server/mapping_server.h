@@ -61,6 +61,7 @@ class MappingServer {
   void take_turn();
   void take_calibration(const Received& message);
   void take_measurement(const Received& message);
+  void take_request(const Received& message);
   void take_frame(const Received& message);
   void select_camera(const std::string& camera);
   CameraMapper::Mapped map_frame(const Received& message);

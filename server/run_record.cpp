@@ -69,6 +69,12 @@ Json measurements_json(const MapperStatistics& statistics) {
   for (const auto& [kind, count] : statistics.measurements.kinds)
     json[std::string(name(kind))] = {
         {"used", count.used}, {"refused", count.refused}, {"dropped", count.dropped}};
+  json["earth"] = name(statistics.earth.status);
+  if (statistics.earth.status != EarthStatus::kUnknown) {
+    const auto& [q, t] = statistics.earth.earth_from_map;
+    json["earth_from_map"] = {{"position", {t.x(), t.y(), t.z()}},
+                              {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
+  }
   json["waiting"] = statistics.measurements_waiting;
   json["refusals"] = reasons_json(statistics.measurements.refusals);
   return json;

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "convert/earth_fields.h"
 #include "convert/limits.h"
 #include "convert/scale_fields.h"
 #include "names.h"
@@ -221,6 +222,7 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.map_epoch = last_.map_epoch;
   status.map_seq = last_.map_seq;
   write_scale(statistics.scale, status);
+  write_earth(statistics.earth, status);
   describe_state(status, camera);
   status.frames_received = counts.frames_received + counts.foreign_frames;
   status.frames_processed = processed_;

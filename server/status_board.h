@@ -24,7 +24,7 @@ class StatusBoard {
   void note_frame(const FrameResult& result, TimePoint received, TimePoint published);
   // Of a calibration, refused or changed.
   void note_reason(Reason reason, const std::string& detail);
-  // Of a measurement that was refused.
+  // Of a measurement, or of a request, that was refused.
   void note_measurement(Reason reason, const std::string& detail);
   // An exception that should not be: `detail` says which.
   void note_fault(const std::string& detail);

@@ -99,7 +99,8 @@ struct RelativeView {
   Eigen::Matrix<double, 6, 6> covariance = unknown_covariance<6>();
 };
 
-// A map in the frame that absolute positions are in, "earth". What earth_from_map may be off by is
+// A map in the frame that absolute positions are in, "earth", whose z axis is up as soon as gravity
+// is measured. What earth_from_map may be off by is
 // in the covariances, together with what the map says and not on top of it; all are unknown as long
 // as the positions do not tell how earth is turned, as on a straight way.
 struct EarthView {
@@ -115,6 +116,8 @@ struct EarthView {
     Eigen::Matrix3d covariance = unknown_covariance<3>();
   };
   Rigid3 earth_from_map;
+  bool placed = false;  // or level alone: its z axis up; where it is, and its turn about up, by
+                        // definition, and lengths in the map's unit
   std::vector<Keyframe> keyframes;
   std::vector<Landmark> landmarks;
 };
@@ -180,6 +183,7 @@ struct MapperStatistics {
   std::map<Reason, std::int64_t> reasons;
   LoopCounts loops;
   ScaleState scale;  // of the current map
+  EarthState earth;  // of it
   // Absolute measurements of all maps: used, refused, and those that still wait.
   MeasurementCounts measurements;
   std::int64_t measurements_waiting = 0;

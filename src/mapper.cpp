@@ -88,6 +88,7 @@ void Mapper::State::count_measurements() {
   statistics.measurements += scale.counts;
   statistics.measurements_waiting += static_cast<std::int64_t>(scale.waiting.size());
   statistics.scale = scale.state;
+  statistics.earth = scale.earth;
 }
 
 const FinishedMap* Mapper::State::largest(FinishedMap& scratch) const {

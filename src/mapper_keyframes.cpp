@@ -18,7 +18,7 @@ KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observe
   work->calibration = calibration;
   work->tracking = tracking;
   work->hardly_seen = live->sight_counts.hardly_seen(live->map());
-  work->measurements = desk.take(live->map());
+  work->measurements = desk.take(live->map(), map_id);
   work->before = live->current;
   work->loop_search = live->loop_search;
   if (runner && with_updates) work->news = std::move(live->news);

@@ -133,10 +133,14 @@ Tracking Mapper::State::try_to_go_on(const ObservedFrame& observed) {
 
 Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
   const Step step(observer, "relocalize");
-  // Where the camera was lost, the newest, and a few others in turn: a frame's time stays bounded.
+  // What looks like the image, where the camera was lost, the newest, and in turn some others, the
+  // fewer the more look like it: a frame's time stays bounded.
   constexpr int kNear = 3, kNewest = 2, kOthers = 3;
   const int n = live->map().num_keyframes();
-  std::vector<int> keyframes = live->map().covisible(live->reference, kNear);
+  std::vector<int> keyframes;
+  for (const PlaceScore& place : live->map().places().query(observed.frame, options.lost.places))
+    keyframes.push_back(place.id);
+  const int others = std::max(1, kOthers - static_cast<int>(keyframes.size()));
   const auto add = [&keyframes](int k) {
     if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
   };
@@ -144,9 +148,10 @@ Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
     while (live->map().is_removed(live->next_to_try % n)) ++live->next_to_try;
     return live->next_to_try++ % n;
   };
+  for (const int k : live->map().covisible(live->reference, kNear)) add(k);
   for (int k = n - 1, found = 0; k >= 0 && found < kNewest; --k)
     if (!live->map().is_removed(k)) add(k), ++found;
-  for (int k = 0; k < kOthers; ++k) add(next_in_use());
+  for (int k = 0; k < others; ++k) add(next_in_use());
   return relocalize(live->map(), observed, keyframes, options);
 }
 

@@ -38,6 +38,18 @@ std::string_view name(ScaleStatus status) {
   return status == ScaleStatus::kFixed ? "metric" : "arbitrary";
 }
 
+std::string_view name(EarthStatus status) {
+  switch (status) {
+    case EarthStatus::kUnknown:
+      break;
+    case EarthStatus::kLevel:
+      return "level";
+    case EarthStatus::kPlaced:
+      return "placed";
+  }
+  return "unknown";
+}
+
 std::string_view name(InnovationKind kind) {
   switch (kind) {
     case InnovationKind::kSight:

@@ -90,6 +90,7 @@ std::string measurement_problem(const MeasurementOptions& o) {
 
 std::string lost_problem(const LostOptions& o) {
   if (o.min_inliers < 6) return say("lost.min_inliers", o.min_inliers, "6 or more");
+  if (o.places < 0) return say("lost.places", o.places, "0 or more");
   if (!(o.new_map_after_s >= 0)) return say("lost.new_map_after_s", o.new_map_after_s, "0 or more");
   return "";
 }

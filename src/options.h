@@ -148,7 +148,9 @@ struct MeasurementOptions {
 };
 
 struct LostOptions {
-  int min_inliers = 30;          // to believe a relocalization, or one keyframe's word for a pose
+  int min_inliers = 30;  // to believe a relocalization, or one keyframe's word for a pose
+  // Keyframes asked first where a lost camera is: those that look most like its image.
+  int places = 5;
   double new_map_after_s = 2.0;  // lost this long: a new map may start
 };
 

@@ -50,6 +50,10 @@ enum class Reason : std::int16_t {
   kMeasurementWithoutBaseline = 86,
   kTooManyMeasurements = 87,
   kMeasurementRepeated = 88,
+  kMeasurementWithoutLandmark = 89,
+  kMeasurementSpare = 90,
+  // What was asked for is not there
+  kKeyframeUnknown = 110,
   // Loops refused: the map is as it was
   kLoopTooFewInliers = 100,
   kLoopOneSpot = 101,

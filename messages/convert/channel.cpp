@@ -8,8 +8,9 @@ namespace eifmap {
 namespace {
 
 constexpr std::string_view kPrefix = "eifmap.";
-constexpr std::array<std::string_view, 8> kKinds{"image", "features", "calibration", "pose",
-                                                 "map",   "status",   "decision",    "measurement"};
+constexpr std::array<std::string_view, 10> kKinds{
+    "image",    "features",    "calibration",      "pose",    "map", "status",
+    "decision", "measurement", "relative_request", "relative"};
 
 bool valid_character(char c) {
   return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' ||

@@ -21,7 +21,9 @@ enum class ChannelKind {
   kMap,
   kStatus,
   kDecision,
-  kMeasurement
+  kMeasurement,
+  kRelativeRequest,
+  kRelative
 };
 
 struct Channel {

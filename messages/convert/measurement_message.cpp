@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "convert/channel.h"
 #include "convert/layout.h"
@@ -18,23 +19,34 @@ void scan(LayoutScanner& in) {
   in.skip(2);  // kind
   in.array("value", in.count("n", kMostValues), 8);
   in.array("covariance", in.count("n2", kMostValues * kMostValues), 8);
-  in.skip(3 * 8);  // lever_arm
+  in.skip(3 * 8 + 3 * 8);  // lever_arm; map_id, landmark
 }
+
+struct KindOnWire {
+  MeasurementKind kind;
+  std::int16_t wire;
+  int values, covariances;  // numbers of each
+};
+constexpr KindOnWire kKinds[] = {
+    {MeasurementKind::kPosition, measurement_t::KIND_POSITION, 3, 9},
+    {MeasurementKind::kDistance, measurement_t::KIND_DISTANCE, 1, 1},
+    {MeasurementKind::kOdometry, measurement_t::KIND_ODOMETRY, 1, 1},
+    {MeasurementKind::kGravity, measurement_t::KIND_GRAVITY, 3, 1},
+    {MeasurementKind::kLandmarks, measurement_t::KIND_LANDMARKS, 1, 1},
+};
 
 std::int16_t wire_kind(MeasurementKind kind) {
-  switch (kind) {
-    case MeasurementKind::kPosition:
-      return measurement_t::KIND_POSITION;
-    case MeasurementKind::kDistance:
-      return measurement_t::KIND_DISTANCE;
-    case MeasurementKind::kOdometry:
-      break;
-  }
-  return measurement_t::KIND_ODOMETRY;
+  return std::find_if(std::begin(kKinds), std::end(kKinds),
+                      [kind](const KindOnWire& k) { return k.kind == kind; })
+      ->wire;
 }
 
-bool is_position(const measurement_t& message) {
-  return message.kind == measurement_t::KIND_POSITION;
+// Null when there is none such.
+const KindOnWire* kind_of(const measurement_t& message) {
+  const auto* found =
+      std::find_if(std::begin(kKinds), std::end(kKinds),
+                   [&message](const KindOnWire& k) { return k.wire == message.kind; });
+  return found == std::end(kKinds) ? nullptr : found;
 }
 
 std::string shape_problem(const measurement_t& message) {
@@ -43,41 +55,49 @@ std::string shape_problem(const measurement_t& message) {
   if (!valid_time(message.utime2)) return "utime2 is " + std::to_string(message.utime2);
   if (message.publisher == 0) return "publisher is 0: a measurement needs a name";
   if (message.seq < 0 || !valid_seq(message.seq)) return "seq is " + std::to_string(message.seq);
-  if (message.kind < measurement_t::KIND_POSITION || message.kind > measurement_t::KIND_ODOMETRY)
-    return "kind is " + std::to_string(message.kind) + ", must be 1, 2 or 3";
-  const int n = is_position(message) ? 3 : 1;
-  if (message.n != n || message.n2 != n * n)
+  const KindOnWire* kind = kind_of(message);
+  if (!kind) return "kind is " + std::to_string(message.kind) + ", must be 1 to 5";
+  if (message.n != kind->values || message.n2 != kind->covariances)
     return "n and n2 are " + std::to_string(message.n) + " and " + std::to_string(message.n2) +
-           ", of this kind they must be " + std::to_string(n) + " and " + std::to_string(n * n);
+           ", of this kind they must be " + std::to_string(kind->values) + " and " +
+           std::to_string(kind->covariances);
   return "";
 }
 
-AbsoluteMeasurement read_position(const measurement_t& message) {
+AbsoluteMeasurement read_numbers(const measurement_t& message) {
   AbsoluteMeasurement m;
-  for (int i = 0; i < 3; ++i) {
-    m.position[i] = message.value[static_cast<std::size_t>(i)];
-    m.lever[i] = message.lever_arm[i];
-    for (int j = 0; j < 3; ++j)
-      m.covariance(i, j) = message.covariance[static_cast<std::size_t>(3 * i + j)];
+  m.kind = kind_of(message)->kind;
+  if (m.kind == MeasurementKind::kPosition) {
+    m.position = Eigen::Vector3d::Map(message.value.data());
+    m.lever = Eigen::Vector3d::Map(message.lever_arm);
+    m.covariance = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>::Map(message.covariance.data());
+    return m;
   }
-  return m;
-}
-
-AbsoluteMeasurement read_length(const measurement_t& message) {
-  AbsoluteMeasurement m;
-  m.kind = message.kind == measurement_t::KIND_DISTANCE ? MeasurementKind::kDistance
-                                                        : MeasurementKind::kOdometry;
-  m.until_us = message.utime2;
-  m.length = message.value[0];
   m.sigma = std::sqrt(message.covariance[0]);  // of a negative one NaN
+  if (m.kind == MeasurementKind::kGravity) {
+    m.down = Eigen::Vector3d::Map(message.value.data());
+    return m;
+  }
+  m.length = message.value[0];
+  if (has_two_times(m.kind)) m.until_us = message.utime2;
+  if (m.kind == MeasurementKind::kLandmarks) {
+    m.map_id = message.map_id;
+    m.landmark = {message.landmark[0], message.landmark[1]};
+  }
   return m;
 }
 
 std::string number_problem(Reason reason, const measurement_t& message) {
   if (reason == Reason::kBadMeasurementCovariance)
-    return "its covariance is not finite, symmetric and positive definite";
-  if (!is_position(message) && message.utime2 <= message.utime)
+    return message.kind == measurement_t::KIND_GRAVITY
+               ? "its covariance is not above 0 and at most 1 rad^2"
+               : "its covariance is not finite, symmetric and positive definite";
+  if (has_two_times(kind_of(message)->kind) && message.utime2 <= message.utime)
     return "utime2 is " + std::to_string(message.utime2) + ", not after utime";
+  if (message.kind == measurement_t::KIND_LANDMARKS)
+    return "its length is not above 0, or it names no map and two landmarks: map " +
+           std::to_string(message.map_id) + ", landmarks " + std::to_string(message.landmark[0]) +
+           " and " + std::to_string(message.landmark[1]);
   return "its numbers are not finite, or a length is not above 0";
 }
 
@@ -92,16 +112,22 @@ measurement_t to_message(const NamedMeasurement& named) {
   message.camera = named.camera;
   message.kind = wire_kind(m.kind);
   std::fill_n(message.lever_arm, 3, 0.0);
-  message.utime2 = 0;
+  std::fill_n(message.landmark, 2, 0);
+  message.map_id = message.utime2 = 0;
   if (m.kind == MeasurementKind::kPosition) {
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rows = m.covariance;
     message.value.assign(m.position.begin(), m.position.end());
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) message.covariance.push_back(m.covariance(i, j));
+    message.covariance.assign(rows.data(), rows.data() + rows.size());
     std::copy(m.lever.begin(), m.lever.end(), message.lever_arm);
   } else {
-    message.utime2 = m.until_us;
-    message.value = {m.length};
     message.covariance = {m.sigma * m.sigma};  // whose root is the sigma again, to the bit
+    message.value = {m.length};
+  }
+  if (m.kind == MeasurementKind::kGravity) message.value.assign(m.down.begin(), m.down.end());
+  if (has_two_times(m.kind)) message.utime2 = m.until_us;
+  if (m.kind == MeasurementKind::kLandmarks) {
+    message.map_id = m.map_id;
+    std::copy(m.landmark.begin(), m.landmark.end(), message.landmark);
   }
   message.n = static_cast<std::int32_t>(message.value.size());
   message.n2 = static_cast<std::int32_t>(message.covariance.size());
@@ -117,7 +143,7 @@ Decoded<NamedMeasurement> decode_measurement(Bytes bytes) {
     return Result::refuse(Reason::kMalformedMessage, problem);
   Result result;
   AbsoluteMeasurement& m = result.value.measurement;
-  m = is_position(message) ? read_position(message) : read_length(message);
+  m = read_numbers(message);
   m.time_us = message.utime;
   m.id = {message.publisher, message.seq};
   result.value.camera = message.camera;

@@ -1,5 +1,6 @@
 #include "convert/status_message.h"
 
+#include "convert/earth_fields.h"
 #include "convert/layout.h"
 #include "convert/limits.h"
 #include "convert/scale_fields.h"
@@ -10,8 +11,10 @@ namespace {
 void scan(LayoutScanner& in) {
   in.skip(2 * 8);  // utime, start_utime
   for (const char* name : {"name", "version", "host", "camera"}) in.string(name, kMaxText);
-  in.skip(4 + 4 * 8);              // pid; epochs and map
-  in.skip(1 + 2 * 8 + 1 + 1 + 2);  // scale; state, level, reason
+  in.skip(4 + 4 * 8);             // pid; epochs and map
+  in.skip(1 + 2 * 8);             // scale
+  in.skip(1 + (3 + 4 + 36) * 8);  // earth
+  in.skip(1 + 1 + 2);             // state, level, reason
   for (const char* name : {"message", "hint"}) in.string(name, kMaxText);
   in.skip(8 * 8 + 4 * 4 + 4 * 4 + 4 +
           8);  // counters; rates, latencies; counts; nis_ratio; rss_bytes
@@ -34,6 +37,10 @@ Decoded<status_t> decode_status(Bytes bytes) {
                                      "level is " + std::to_string(status.level));
   if (!valid_scale(status))
     return Decoded<status_t>::refuse(Reason::kMalformedMessage, "the scale is no scale");
+  if (!valid_earth(status))
+    return Decoded<status_t>::refuse(
+        Reason::kMalformedMessage,
+        "earth is " + std::to_string(status.earth) + ", or its pose is no pose");
   return decoded;
 }
 

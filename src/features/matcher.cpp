@@ -30,20 +30,6 @@ struct Nearest {
   }
 };
 
-EIFMAP_VECTOR_CLONES
-void distances(const std::int8_t* __restrict from, const std::int8_t* __restrict to, int count,
-               int* __restrict result) {
-  for (int k = 0; k < count; ++k) {
-    const std::int8_t* b = to + std::ptrdiff_t{kDescriptorSize} * k;
-    int sum = 0;
-    for (int i = 0; i < kDescriptorSize; ++i) {
-      const short d = static_cast<short>(from[i] - b[i]);
-      sum += d * d;
-    }
-    result[k] = sum;
-  }
-}
-
 // `count`: a multiple of kLanes.
 EIFMAP_VECTOR_CLONES
 Nearest nearest_of(const int* __restrict row, int count) {
@@ -77,9 +63,23 @@ void see_row(const int* __restrict row, int count, int i, int* __restrict smalle
 
 }  // namespace
 
+EIFMAP_VECTOR_CLONES
+void descriptor_distances(const std::int8_t* __restrict from, const std::int8_t* __restrict to,
+                          int count, int* __restrict result) {
+  for (int k = 0; k < count; ++k) {
+    const std::int8_t* b = to + std::ptrdiff_t{kDescriptorSize} * k;
+    int sum = 0;
+    for (int i = 0; i < kDescriptorSize; ++i) {
+      const short d = static_cast<short>(from[i] - b[i]);
+      sum += d * d;
+    }
+    result[k] = sum;
+  }
+}
+
 int descriptor_distance(const std::int8_t* a, const std::int8_t* b) {
   int distance = 0;
-  distances(a, b, 1, &distance);
+  descriptor_distances(a, b, 1, &distance);
   return distance;
 }
 
@@ -112,7 +112,8 @@ std::vector<Match> match(const FeatureGroup& a, const FeatureGroup& b,
   std::vector<Nearest> best_of_a(a.index.size());
   std::vector<int> row(columns, kFar), smallest(columns, kFar), best_of_b(columns, -1);
   for (std::size_t i = 0; i < a.index.size(); ++i) {
-    distances(&a.descriptors[i * kDescriptorSize], b.descriptors.data(), b.size(), row.data());
+    descriptor_distances(&a.descriptors[i * kDescriptorSize], b.descriptors.data(), b.size(),
+                         row.data());
     best_of_a[i] = nearest_of(row.data(), static_cast<int>(columns));
     see_row(row.data(), b.size(), static_cast<int>(i), smallest.data(), best_of_b.data());
   }

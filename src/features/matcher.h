@@ -14,6 +14,8 @@ namespace eifmap {
 // Squared distance of two int8 descriptors (kDescriptorSize bytes each). A unit vector's bytes have
 // norm 254, so 2 * 254^2 = 129032 is "orthogonal".
 int descriptor_distance(const std::int8_t* a, const std::int8_t* b);
+// The same of one to each of `count` others, which follow each other.
+void descriptor_distances(const std::int8_t* from, const std::int8_t* to, int count, int* result);
 
 // The features of one sign of a frame: a contiguous copy of their descriptors and where they came
 // from.

@@ -1,9 +1,12 @@
 // Absolute measurements, in metres, which give the map its scale: "any absolute measurement" in
-// [WD10] IV. Of all kinds there are two models: the length of a way over points that are fixed to
-// poses (a known distance is one over two), and a point's position in a frame of its own, "earth".
+// [WD10] IV; and gravity's direction, which levels it. The models: the length of a way over points
+// that are fixed to poses (a known distance is one over two), a point's position in a frame of its
+// own, "earth", which way is down in it (against its z axis), and the distance of two landmarks
+// (landmark_distance.h).
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "filter/pose_blocks.h"
@@ -23,18 +26,30 @@ struct RigidPoint {
 inline constexpr int kMostPoints = 50;  // of a way: each meets all others in the matrix
 
 struct AbsoluteObservation {
-  enum class Kind { kLength, kPosition };
+  enum class Kind { kLength, kPosition, kDown, kLandmarks };
   Kind kind = Kind::kLength;
-  // Of a length, 2 to kMostPoints, in the order of the way; of a position, one.
+  // Of a length, 2 to kMostPoints, in the order of the way; of a position and of down, one.
   std::vector<RigidPoint> points;
-  Eigen::Vector3d value = Eigen::Vector3d::Zero();           // m; of a length the first alone
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // m^2; of a length (0, 0) alone
+  std::array<int, 2> landmarks = {-1, -1};  // handles
+  // m; of lengths the first alone. Of down, without unit: the unit vector in the camera's frame.
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  // m^2; of lengths (0, 0) alone. Of down the upper left 2x2, rad^2, along tangents_of(value).
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
 
-  int rows() const { return kind == Kind::kLength ? 1 : 3; }
+  int rows() const;  // degrees of freedom
+  bool is_length() const { return kind == Kind::kLength || kind == Kind::kLandmarks; }
   static AbsoluteObservation length(std::vector<RigidPoint> points, double metres, double sigma);
   static AbsoluteObservation position(const RigidPoint& point, const Eigen::Vector3d& in_earth,
                                       const Eigen::Matrix3d& covariance);
+  // `direction`: in the camera's frame, of any length but zero. `covariance`: of a turn (rotation
+  // vector, camera's frame), rad^2; the part about the direction itself does not matter.
+  static AbsoluteObservation down(int pose, const Eigen::Vector3d& direction,
+                                  const Eigen::Matrix3d& covariance);
+  static AbsoluteObservation distance(int landmark, int other, double metres, double sigma);
 };
+
+// Two unit vectors, the rows, at right angles to this one and to each other.
+Eigen::Matrix<double, 2, 3> tangents_of(const Eigen::Vector3d& direction);
 
 // Rows of the measurement's derivative to one pose's (w, dc); beyond rows() zero. Of earth_from_map
 // w is in the map's frame and dc in earth's.
@@ -44,13 +59,14 @@ struct PoseRows {
 };
 
 struct AbsoluteRows {
-  Eigen::Vector3d residual = Eigen::Vector3d::Zero();  // z - h, m; beyond rows() zero
+  Eigen::Vector3d residual = Eigen::Vector3d::Zero();  // z - h, m or rad; beyond rows() zero
   std::vector<PoseRows> of_pose;                       // each pose once
   double squared_derivative() const;
+  PoseRows& of(int pose);  // makes them where there are none
 };
 
 // At these poses; nothing is whitened. Where two points of a way coincide its derivative is taken
-// as zero.
+// as zero. Not of a distance of landmarks, whose places it cannot know: std::invalid_argument.
 AbsoluteRows linearize(const AbsoluteObservation& observation, const std::vector<Rigid3>& poses,
                        const Rigid3& earth_from_map);
 

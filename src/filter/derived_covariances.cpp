@@ -22,13 +22,13 @@ bool relative_covariance(const InformationFilter& filter, int a, int b, PoseBloc
 
 bool earth_is_certain(const InformationFilter& filter) {
   PoseBlock covariance;
-  return filter.has_earth() &&
+  return filter.has_level() &&
          filter.propagate({{kEarthFromMap, PoseBlock::Identity()}}, covariance) &&
          covariance.topLeftCorner<3, 3>().trace() < kEarthUncertain * kEarthUncertain;
 }
 
 bool covariance_in_earth(const InformationFilter& filter, int pose, PoseBlock& covariance) {
-  if (!filter.has_earth()) return false;
+  if (!filter.has_level()) return false;
   const Rigid3& map_from_camera = filter.pose(pose);
   const Eigen::Matrix3d turn = filter.earth_from_map().matrix();
   PoseSensitivity of_pose{pose, PoseBlock::Identity()};
@@ -41,7 +41,7 @@ bool covariance_in_earth(const InformationFilter& filter, int pose, PoseBlock& c
 
 bool landmark_covariance_in_earth(const InformationFilter& filter, int landmark,
                                   Eigen::Matrix3d& covariance) {
-  if (!filter.has_earth()) return false;
+  if (!filter.has_level()) return false;
   const FilterLandmark& l = filter.landmark(landmark);
   const Eigen::Matrix3d turn = filter.earth_from_map().matrix();
   // Its position moves with the poses that see it by -V^-1 W', and by V^-1 of its own.

@@ -87,7 +87,7 @@ struct FilterEdge {
 
 struct FilterAbsolute {
   AbsoluteObservation observation;
-  Eigen::Matrix3d whiten = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d whiten = Eigen::Matrix3d::Zero();  // of a distance of landmarks, with theirs
   bool linearized = false;
   // As of an edge; whitened, and scaled by the root of what it weighs against sights
   // (InformationFilter::absolute_weight()).
@@ -95,6 +95,7 @@ struct FilterAbsolute {
   double squared_error = 0;  // at the mean; whitened, without the weight
 
   bool changed = true, moved = false;  // as of an edge
+  bool stands() const { return linearized && !changed && !moved; }
 };
 
 // Few become others with a keyframe.

@@ -33,6 +33,12 @@ bool is_of(const FilterAbsolute& absolute, int pose) {
                      [pose](const RigidPoint& point) { return point.pose == pose; });
 }
 
+bool is_between(const FilterAbsolute& absolute, int landmark) {
+  const std::array<int, 2>& of = absolute.observation.landmarks;
+  return absolute.observation.kind == AbsoluteObservation::Kind::kLandmarks &&
+         (of[0] == landmark || of[1] == landmark);
+}
+
 }  // namespace
 
 InformationFilter::InformationFilter(const FilterOptions& options, double radians_per_pixel)
@@ -92,6 +98,17 @@ void InformationFilter::remove_measurements(int landmark, Predicate predicate) {
   std::erase_if(of.measurements, predicate);
   of.changed = true;
   touch(landmark);
+  if (!of.measurements.empty()) return;
+  remove_absolutes([landmark](const FilterAbsolute& a) { return is_between(a, landmark); });
+}
+
+template <class Predicate>
+void InformationFilter::remove_absolutes(Predicate predicate) {
+  std::erase_if(absolutes_, [&](const FilterAbsolute& absolute) {
+    if (!predicate(absolute)) return false;
+    system_.before_removal(absolute);
+    return true;
+  });
 }
 
 void InformationFilter::remove_measurement(int landmark, int pose) {
@@ -123,11 +140,7 @@ void InformationFilter::remove_pose(int pose) {
   for (const FilterEdge& edge : edges_)
     if (ends_in(edge)) system_.before_removal(edge);
   edges_.erase_if(ends_in);
-  std::erase_if(absolutes_, [this, pose](const FilterAbsolute& absolute) {
-    if (!is_of(absolute, pose)) return false;
-    system_.before_removal(absolute);
-    return true;
-  });
+  remove_absolutes([pose](const FilterAbsolute& absolute) { return is_of(absolute, pose); });
   system_.remove(pose);
   removed_[pose] = 1;
   ++num_removed_;
@@ -167,6 +180,12 @@ bool InformationFilter::has_absolute(int pose, AbsoluteObservation::Kind kind) c
   });
 }
 
+bool InformationFilter::has_absolute(AbsoluteObservation::Kind kind) const {
+  return std::any_of(absolutes_.begin(), absolutes_.end(), [kind](const FilterAbsolute& absolute) {
+    return absolute.observation.kind == kind;
+  });
+}
+
 bool InformationFilter::add_edge(int i, int j, const RelativePose& pose) {
   if (i == j || std::min(i, j) < 0 || std::max(i, j) >= num_poses() || is_removed(i) ||
       is_removed(j))
@@ -192,10 +211,20 @@ double InformationFilter::error(int landmark, const PointMeasurement& measuremen
   return (measurement.x - predicted).norm() / measurement.sigma;
 }
 
+// Whether a measured landmark, which the scale may rest on, would be left with less than its place
+// takes.
+template <class Predicate>
+bool InformationFilter::must_stay(int landmark, Predicate is_off) const {
+  const std::vector<PointMeasurement>& all = landmarks_[landmark].measurements;
+  const auto off = static_cast<std::size_t>(std::count_if(all.begin(), all.end(), is_off));
+  return off > 0 && all.size() - off < 2 && num_distances(landmark) > 0;
+}
+
 void InformationFilter::drop_sights(const std::vector<int>& landmarks, double gate,
                                     FilterUpdate& update) {
   for (int l : landmarks) {
     const auto is_off = [&](const PointMeasurement& m) { return !(error(l, m) <= gate); };
+    if (must_stay(l, is_off)) continue;
     for (const PointMeasurement& m : landmarks_[l].measurements)
       if (is_off(m)) update.dropped.push_back({l, m.pose});
     remove_measurements(l, is_off);

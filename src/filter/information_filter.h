@@ -70,7 +70,7 @@ class InformationFilter {
   int add_landmark(const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance);
   void add_measurement(int landmark, int pose, const Eigen::Vector2d& x, double sigma);
   void remove_measurement(int landmark, int pose);
-  void remove_landmark(int landmark);
+  void remove_landmark(int landmark);  // and its distances
   // Multiplies the sigmas of all sights and edges so far. The next update looks at everything.
   void scale_sigmas(double factor);
   // Takes out a pose with all that was measured from it; any but the first two, which are the
@@ -92,12 +92,24 @@ class InformationFilter {
   // About where absolute positions are; another unknown from now on. Again: begins anew from there.
   // Of a metric map alone, else std::invalid_argument.
   void set_earth_from_map(const Rigid3& earth_from_map);
-  bool has_earth() const { return system_.blocks().has_earth(); }
+  bool has_earth() const { return is_placed_; }
+  // About how an earth whose z axis is up is turned: for measurements of which way is down, before
+  // or without any position, of a map with or without scale. Until set_earth_from_map() what no
+  // such measurement tells, the turn about up and where earth's origin is, are by definition. Of a
+  // map that has two poses and neither earth nor level, else std::invalid_argument.
+  void set_level(const Eigen::Quaterniond& earth_from_map);
+  // Up in the map (unit) as gravity has it, where earth is placed but its turn about a line of
+  // positions is not told: the best fit of both. Else std::invalid_argument.
+  void stand_earth_upright(const Eigen::Vector3d& up_in_map);
+  bool has_level() const { return system_.blocks().has_earth(); }  // with an earth, too
+  // Up in the map as set_level() found it, while that holds; else zero.
+  const Eigen::Vector3d& held_up() const { return system_.held_up(); }
+  // With has_level().
   const Rigid3& earth_from_map() const { return earth_from_map_; }
   // Refused, with a reason: not finite, a covariance that is not positive definite, too many points
-  // or coinciding ones, a pose that no update has had yet, a position without earth_from_map; and,
-  // `gated`, what contradicts the map by its innovation. Of a metric map alone, and of known poses,
-  // else std::invalid_argument.
+  // or coinciding ones, a pose that no update has had yet, a position without earth_from_map, down
+  // without a level, a landmark that is not seen; and, `gated`, what contradicts the map by its
+  // innovation. Of known poses, and but for down of a metric map alone, else std::invalid_argument.
   // `again`: its innovation has been counted.
   Reason add_absolute(const AbsoluteObservation& observation, bool gated = true,
                       bool again = false);
@@ -131,8 +143,10 @@ class InformationFilter {
   // factored anew, all poses and landmarks moved. What an update does only where it must.
   WholeIteration iterate_whole();
 
-  // Whether an absolute measurement of that kind is of this pose.
+  // Whether an absolute measurement of that kind is of this pose; of any.
   bool has_absolute(int pose, AbsoluteObservation::Kind kind) const;
+  bool has_absolute(AbsoluteObservation::Kind kind) const;
+  int num_distances(int landmark) const;  // measured ones to others
   int num_poses() const { return static_cast<int>(poses_.size()); }
   int num_landmarks() const { return static_cast<int>(landmarks_.size()); }  // removed ones too
   // What the edges' covariances are multiplied by, as of the last update: 1 while they are right.
@@ -180,11 +194,19 @@ class InformationFilter {
 
   template <class Predicate>
   void remove_measurements(int landmark, Predicate predicate);
+  template <class Predicate>
+  void remove_absolutes(Predicate predicate);
   void touch(int landmark);
   void touch(int landmark, const Eigen::Vector3d& position_before);
   void judge_edges();
   void judge_absolutes();
   bool has_baseline(const AbsoluteObservation& observation) const;
+  Reason check(const AbsoluteObservation& observation) const;
+  void linearize_moved(FilterAbsolute& absolute);
+  // Rows at the mean. Of a distance of landmarks `of_landmarks` is the variance that they add
+  // (landmark_distance.h), of others 0.
+  AbsoluteRows rows_of(const AbsoluteObservation& observation, double& of_landmarks) const;
+  bool knows_landmarks(const AbsoluteObservation& observation) const;
   // By one innovation: the map's variance with which it is of median size, and with which only one
   // in ten is larger.
   struct VarianceAskedFor {
@@ -193,6 +215,11 @@ class InformationFilter {
   void judge_map_variance(const VarianceAskedFor& newest);
   bool passes_gate(const FilterAbsolute& absolute, bool again);
   void find_earth_again(const AbsoluteObservation& newest);
+  struct PositionPairs {
+    Eigen::Matrix3Xd in_earth, in_map;
+    double squared_error(const Rigid3& earth_from_map) const;
+  };
+  PositionPairs position_pairs(const AbsoluteObservation* newest) const;
   bool settle(FilterUpdate& update);
   bool next_step(bool ask_latest, Step& step);
   std::size_t linearize_moved();
@@ -209,6 +236,8 @@ class InformationFilter {
            (pose == kEarthFromMap || removed_[pose] == 0);
   }
   void drop_sights(const std::vector<int>& landmarks, double gate, FilterUpdate& update);
+  template <class Predicate>
+  bool must_stay(int landmark, Predicate is_off) const;
   bool drop_edges(FilterUpdate& update);
   void judge_newest(FilterUpdate& update) const;
 
@@ -221,8 +250,8 @@ class InformationFilter {
   FilterLandmarks landmarks_;
   FilterEdges edges_;
   std::vector<FilterAbsolute> absolutes_;
-  Rigid3 earth_from_map_, earth_before_;  // with has_earth(); before the update
-  bool is_metric_ = false;
+  Rigid3 earth_from_map_, earth_before_;  // with has_level(); before the update
+  bool is_metric_ = false, is_placed_ = false;
   double absolute_weight_ = 1, map_variance_ = 1;
   std::vector<VarianceAskedFor> variances_asked_for_;  // the latest
   PoseIndex index_;

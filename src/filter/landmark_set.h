@@ -17,6 +17,9 @@ class LandmarkSet {
     members_.push_back(landmark);
     return true;
   }
+  bool contains(int landmark) const {
+    return static_cast<std::size_t>(landmark) < in_.size() && in_[landmark];
+  }
   void clear() {
     for (int landmark : members_) in_[landmark] = 0;
     members_.clear();

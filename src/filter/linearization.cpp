@@ -80,11 +80,8 @@ void linearize(FilterEdge& edge, const Rigid3& world_from_i, const Rigid3& world
   edge.changed = true;
 }
 
-void linearize(FilterAbsolute& absolute, const std::vector<Rigid3>& poses,
-               const Rigid3& earth_from_map, Relinearize when, double weight) {
+void linearize(FilterAbsolute& absolute, AbsoluteRows at_mean, Relinearize when, double weight) {
   constexpr double kTurned = 1e-3;  // of the derivative
-  if (absolute.linearized && !absolute.moved && !absolute.changed) return;
-  AbsoluteRows at_mean = linearize(absolute.observation, poses, earth_from_map);
   absolute.squared_error = (absolute.whiten * at_mean.residual).squaredNorm();
   if (absolute.linearized && when == Relinearize::kOnce) return;
   const Eigen::Matrix3d scale = std::sqrt(weight) * absolute.whiten;

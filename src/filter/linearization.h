@@ -34,8 +34,8 @@ bool linearize(PointMeasurement& sight, const Projector& projector, const Eigen:
 void linearize(FilterEdge& edge, const Rigid3& world_from_i, const Rigid3& world_from_j,
                Relinearize when, double variance);
 
-// The same of an absolute measurement. `weight`: what its information is multiplied by.
-void linearize(FilterAbsolute& absolute, const std::vector<Rigid3>& poses,
-               const Rigid3& earth_from_map, Relinearize when, double weight);
+// The same of an absolute measurement that has moved or changed, by its rows at the mean, of the
+// same poses as when it was frozen. `weight`: what its information is multiplied by.
+void linearize(FilterAbsolute& absolute, AbsoluteRows at_mean, Relinearize when, double weight);
 
 }  // namespace eifmap

@@ -132,6 +132,11 @@ void ReducedSystem::set_gauge(const ScaleGauge& gauge) {
   touch_right_side(1);
 }
 
+void ReducedSystem::hold_earth(const Eigen::Vector3d& up) {
+  held_up_ = up;
+  mark(kEarthFromMap, kEarthFromMap, false);
+}
+
 void ReducedSystem::mark_pairs(const FilterLandmark& landmark, bool may_insert) {
   const auto& measurements = landmark.measurements;
   for (std::size_t k = 0; k < measurements.size(); ++k) {
@@ -282,8 +287,13 @@ void ReducedSystem::add_absolute(const FilterAbsolute& absolute) {
 // that pulls at nothing, and beside the first position off the line it weighs little.
 void ReducedSystem::add_earth_prior() {
   if (!blocks_.has_earth()) return;
-  if (PoseBlock* block = stale_block(kEarthFromMap, kEarthFromMap))
-    block->diagonal().head<3>().array() += 1 / (kEarthPrior * kEarthPrior);
+  PoseBlock* block = stale_block(kEarthFromMap, kEarthFromMap);
+  if (!block) return;
+  block->diagonal().head<3>().array() += 1 / (kEarthPrior * kEarthPrior);
+  if (held_up_.isZero(0)) return;
+  constexpr double kWeight = 1 / (kByDefinition * kByDefinition);
+  block->topLeftCorner<3, 3>() += kWeight * held_up_ * held_up_.transpose();
+  block->diagonal().tail<3>().array() += kWeight;
 }
 
 void ReducedSystem::add_gauge(const Eigen::Vector3d& baseline) {

@@ -29,6 +29,8 @@ struct ScaleGauge {
 
 // rad, of each direction: as what earth's orientation counts as known before any position has come.
 inline constexpr double kEarthPrior = 0.5;
+// Map units and rad: as what is held by definition counts as known; covariances have this in them.
+inline constexpr double kByDefinition = 1e-5;
 
 // Over all poses but the first, which is the gauge, and earth_from_map where there is one.
 class ReducedSystem {
@@ -36,6 +38,11 @@ class ReducedSystem {
   void set_gauge(const ScaleGauge& gauge);
   // Another unknown from now on, after so many poses.
   void append_earth(int num_poses) { blocks_.append_earth(num_poses); }
+  // Where earth is, and its turn about this direction (unit, map), is by definition from now on; or
+  // no longer.
+  void hold_earth(const Eigen::Vector3d& up);
+  void release_earth() { hold_earth(Eigen::Vector3d::Zero()); }
+  const Eigen::Vector3d& held_up() const { return held_up_; }  // zero: not held
   const PoseBlocks& blocks() const { return blocks_; }
 
   // To be called before a measurement of the landmark, or the edge, is taken out.
@@ -80,6 +87,7 @@ class ReducedSystem {
   void add_gauge(const Eigen::Vector3d& baseline);
 
   PoseBlocks blocks_;
+  Eigen::Vector3d held_up_ = Eigen::Vector3d::Zero();
   ScaleGauge gauge_;
   double gauge_weight_ = 0;
   BlockMatrix matrix_;

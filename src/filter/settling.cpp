@@ -56,8 +56,7 @@ std::size_t InformationFilter::linearize_moved() {
     FilterEdge& edge = edges_.write(e);
     linearize(edge, poses_[edge.i], poses_[edge.j], options_.relinearize, edge_variance_);
   }
-  for (FilterAbsolute& absolute : absolutes_)
-    linearize(absolute, poses_, earth_from_map_, options_.relinearize, absolute_weight_);
+  for (FilterAbsolute& absolute : absolutes_) linearize_moved(absolute);
   return count;
 }
 
@@ -141,7 +140,7 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
     for (int l : index_.landmarks(p)) touch(l);
     set_pose(p, retract(poses_[p], step_of(p).head<3>(), step_of(p).tail<3>()));
   }
-  const bool earth_moves = has_earth() && is_step(kEarthFromMap);
+  const bool earth_moves = has_level() && is_step(kEarthFromMap);
   if (earth_moves)
     earth_from_map_ = retract(earth_from_map_, step_of(kEarthFromMap).head<3>(),
                               step_of(kEarthFromMap).tail<3>());

@@ -14,6 +14,25 @@ void check_sizes(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, const cha
                                 ": wanted as many points in a as in b, and one at least");
 }
 
+struct Centred {
+  Centred(const Eigen::Matrix3Xd& a_points, const Eigen::Matrix3Xd& b_points)
+      : mean_a(a_points.rowwise().mean()),
+        mean_b(b_points.rowwise().mean()),
+        a(a_points.colwise() - mean_a),
+        b(b_points.colwise() - mean_b),
+        cross(a * b.transpose()) {}
+
+  Eigen::Matrix3d rotation(const DirectionPair* direction) const {
+    Eigen::Matrix3d all = cross;
+    if (direction) all += a.norm() * b.norm() * direction->in_a * direction->in_b.transpose();
+    return nearest_rotation(all);
+  }
+
+  Eigen::Vector3d mean_a, mean_b;
+  Eigen::Matrix3Xd a, b;
+  Eigen::Matrix3d cross;
+};
+
 }  // namespace
 
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m, Eigen::Vector3d* signed_values) {
@@ -24,26 +43,24 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m, Eigen::Vector3d* sign
   return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
 }
 
-Similarity fit_similarity(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+Similarity fit_similarity(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b,
+                          const DirectionPair* direction) {
   check_sizes(a, b, "fit_similarity");
-  const auto n = static_cast<double>(a.cols());
-  const Eigen::Vector3d mean_a = a.rowwise().mean(), mean_b = b.rowwise().mean();
-  const Eigen::Matrix3Xd da = a.colwise() - mean_a, db = b.colwise() - mean_b;
-  const double variance = db.squaredNorm() / n;
+  const Centred centred(a, b);
   Similarity result;
-  Eigen::Vector3d values;
-  result.rotation = nearest_rotation(da * db.transpose() / n, &values);
-  if (variance > 0) result.scale = values.sum() / variance;
-  result.translation = mean_a - result.scale * (result.rotation * mean_b);
+  result.rotation = centred.rotation(direction);
+  const double squared = centred.b.squaredNorm();
+  if (squared > 0) result.scale = (result.rotation.transpose() * centred.cross).trace() / squared;
+  result.translation = centred.mean_a - result.scale * (result.rotation * centred.mean_b);
   return result;
 }
 
-Rigid3 fit_rigid(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+Rigid3 fit_rigid(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b,
+                 const DirectionPair* direction) {
   check_sizes(a, b, "fit_rigid");
-  const Eigen::Vector3d mean_a = a.rowwise().mean(), mean_b = b.rowwise().mean();
-  const Eigen::Matrix3d rotation =
-      nearest_rotation((a.colwise() - mean_a) * (b.colwise() - mean_b).transpose());
-  return {Eigen::Quaterniond(rotation).normalized(), mean_a - rotation * mean_b};
+  const Centred centred(a, b);
+  const Eigen::Matrix3d rotation = centred.rotation(direction);
+  return {Eigen::Quaterniond(rotation).normalized(), centred.mean_a - rotation * centred.mean_b};
 }
 
 }  // namespace eifmap

@@ -31,11 +31,20 @@ struct Similarity {
   }
 };
 
+// A direction that is known in both frames; unit vectors.
+struct DirectionPair {
+  Eigen::Vector3d in_a, in_b;
+};
+
 // The a_from_b that minimizes the sum of |a_k - a_from_b * b_k|^2. Columns are points; as many in a
-// as in b, else std::invalid_argument. Scale 1 when all of b is one point.
-Similarity fit_similarity(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
+// as in b, else std::invalid_argument. Scale 1 when all of b is one point. `direction`, where there
+// is one, counts for the rotation as much as all points together: what they leave open, as the turn
+// about the line that all of them are on, it decides.
+Similarity fit_similarity(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b,
+                          const DirectionPair* direction = nullptr);
 // The same with scale 1.
-Rigid3 fit_rigid(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
+Rigid3 fit_rigid(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b,
+                 const DirectionPair* direction = nullptr);
 
 // The rotation nearest to m in the Frobenius norm. `signed_values`: m's singular values, the last
 // negative where the nearest orthogonal matrix is a reflection.

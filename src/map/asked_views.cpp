@@ -17,10 +17,11 @@ std::optional<RelativeView> relative_view(const Map& map, std::int64_t a, std::i
 
 std::optional<EarthView> earth_view(const Map& map) {
   const InformationFilter& filter = map.filter();
-  if (!filter.has_earth()) return std::nullopt;
+  if (!filter.has_level()) return std::nullopt;
   const bool certain = earth_is_certain(filter);
   EarthView view;
   view.earth_from_map = filter.earth_from_map();
+  view.placed = filter.has_earth();
   for (int k = 0; k < map.num_keyframes(); ++k) {
     if (map.is_removed(k)) continue;
     EarthView::Keyframe& keyframe = view.keyframes.emplace_back();

@@ -53,6 +53,15 @@ void audit_filter(const Map& map, std::vector<std::string>& problems) {
   }
 }
 
+void audit_places(const Map& map, std::vector<std::string>& problems) {
+  for (int k = 0; k < map.num_keyframes(); ++k)
+    if (map.places().contains(k) == map.is_removed(k))
+      problems.push_back("the index of places does not know what became of keyframe " +
+                         std::to_string(k));
+  if (map.places().size() != map.num_keyframes_in_use())
+    problems.push_back("the index of places has another number of keyframes");
+}
+
 }  // namespace
 
 std::vector<std::string> audit(const Map& map) {
@@ -61,6 +70,7 @@ std::vector<std::string> audit(const Map& map) {
   audit_tracks(map, tracked, problems);
   audit_edges(map, tracked, problems);
   audit_filter(map, problems);
+  audit_places(map, problems);
   return problems;
 }
 

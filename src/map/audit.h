@@ -11,7 +11,8 @@ namespace eifmap {
 
 // What is wrong, one sentence each; empty when the books are right: a measurement (keyframe,
 // keypoint) is in at most one relative-pose edge, in none if a track has it, in one track at most;
-// and the filter holds exactly the sights of the landmarks' tracks.
+// the filter holds exactly the sights of the landmarks' tracks, and the index of places the
+// keyframes in use.
 std::vector<std::string> audit(const Map& map);
 
 }  // namespace eifmap

@@ -51,15 +51,20 @@ void add_innovation(const Map& map, const std::optional<FrameError>& error, NisS
 void cull(Map& map, int newest, const std::vector<int>& hardly_seen) {
   constexpr int kCandidateAge = 8;  // keyframes without news: it will not become a landmark
   constexpr int kLandmarkAge = 3;   // by then a landmark has its third view
+  const std::vector<int> measured = map.measured_tracks();
+  const auto is_measured = [&measured](int t) {
+    return std::binary_search(measured.begin(), measured.end(), t);
+  };
   for (int t = 0; t < map.num_tracks(); ++t) {
     const Track& track = map.track(t);
     if (track.sights.empty()) continue;
     const int age = newest - track.sights.back().keyframe;
     const bool stale_candidate = !track.is_landmark() && age > kCandidateAge;
     const bool weak_landmark = track.is_landmark() && age > kLandmarkAge && track.sights.size() < 3;
-    if (stale_candidate || weak_landmark) map.remove_track(t);
+    if (stale_candidate || (weak_landmark && !is_measured(t))) map.remove_track(t);
   }
-  for (const int t : hardly_seen) map.remove_track(t);
+  for (const int t : hardly_seen)
+    if (!is_measured(t)) map.remove_track(t);
 }
 
 double sigma_centre(const Tracking& tracking) {

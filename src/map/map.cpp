@@ -15,6 +15,7 @@ Map::Map(const Camera& camera, const MapperOptions& options)
 
 int Map::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
                       const Rigid3& world_from_camera) {
+  places_.add(num_keyframes(), observed->frame);
   Keyframe keyframe;
   keyframe.track.assign(observed->size(), kNoTrack);
   keyframe.spent.assign(observed->size(), 0);
@@ -43,11 +44,14 @@ void Map::remove_keyframe(int keyframe) {
       keyframes_.write(edge.i).spent[match.a] = keyframes_.write(edge.j).spent[match.b] = 0;
     return true;
   });
-  for (const FilterAbsolute& absolute : filter_.absolutes())
-    if (absolute.observation.kind == AbsoluteObservation::Kind::kPosition &&
-        absolute.observation.points.front().pose == keyframe)
-      ++scale_.counts.kinds[MeasurementKind::kPosition].dropped;
+  for (const FilterAbsolute& absolute : filter_.absolutes()) {
+    const AbsoluteObservation& observation = absolute.observation;
+    if (observation.is_length() || observation.points.front().pose != keyframe) continue;
+    const bool is_down = observation.kind == AbsoluteObservation::Kind::kDown;
+    ++scale_.counts.kinds[is_down ? MeasurementKind::kGravity : MeasurementKind::kPosition].dropped;
+  }
   filter_.remove_pose(keyframe);
+  places_.remove(keyframe);
 
   Keyframe& old = keyframes_.write(keyframe);
   auto forgotten = std::make_shared<ObservedFrame>();
@@ -156,12 +160,24 @@ void Map::remove_sight(int track, int keyframe) {
   if (t.is_landmark()) filter_.remove_measurement(t.landmark, keyframe);
 }
 
+std::vector<int> Map::measured_tracks() const {
+  std::vector<int> tracks;
+  for (const FilterAbsolute& absolute : filter_.absolutes())
+    if (absolute.observation.kind == AbsoluteObservation::Kind::kLandmarks)
+      for (int landmark : absolute.observation.landmarks)
+        tracks.push_back(track_of_landmark_[landmark]);
+  std::sort(tracks.begin(), tracks.end());
+  tracks.erase(std::unique(tracks.begin(), tracks.end()), tracks.end());
+  return tracks;
+}
+
 void Map::remove_track(int track) {
   if (track < 0 || track >= num_tracks()) throw std::out_of_range("Map: no such track");
   Track& t = tracks_.write(track);
   for (const Sight& s : t.sights) keyframes_.write(s.keyframe).track[s.keypoint] = kNoTrack;
   t.sights.clear();
   if (!t.is_landmark()) return;
+  scale_.counts.kinds[MeasurementKind::kLandmarks].dropped += filter_.num_distances(t.landmark);
   filter_.remove_landmark(t.landmark);
   t.landmark = -1;
   --num_landmarks_;
@@ -175,6 +191,9 @@ bool Map::join_tracks(int kept, int gone) {
                        [&](const Sight& s) { return s.keyframe == sight.keyframe; });
   };
   if (kept == gone || std::any_of(sights.begin(), sights.end(), is_seen)) return false;
+  // A measured distance would go with it.
+  const Track& leaving = tracks_[gone];
+  if (leaving.is_landmark() && filter_.num_distances(leaving.landmark) > 0) return false;
   remove_track(gone);
   for (const Sight& sight : sights) add_sight(kept, sight);
   return true;

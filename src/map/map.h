@@ -16,6 +16,7 @@
 #include "map/sight_noise.h"
 #include "map_view.h"
 #include "options.h"
+#include "place/place_index.h"
 #include "shared_vector.h"
 
 namespace eifmap {
@@ -110,7 +111,8 @@ class Map {
   void remove_sight(int track, int keyframe);
   void remove_track(int track);
   // What turns out to be one feature: `gone` gives its sights to `kept`, and is no more. Refused
-  // (false) when they are seen in the same keyframe, or are the same.
+  // (false) when they are seen in the same keyframe, or are the same, or `gone` is in a measured
+  // distance.
   bool join_tracks(int kept, int gone);
   // Puts a candidate with all its sightings into the filter.
   void promote(int track, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance);
@@ -119,6 +121,9 @@ class Map {
   void spend(MapEdge edge);
   const MapEdges& edges() const { return edges_; }
 
+  // Of the keyframes in use, by their numbers.
+  const PlaceIndex& places() const { return places_; }
+
   // Its scale, and what is to fix it.
   const MapScale& scale() const { return scale_; }
   MapScale& scale() { return scale_; }
@@ -126,6 +131,10 @@ class Map {
   int epoch() const { return num_bends_ + (is_metric() ? 1 : 0); }
   bool is_metric() const { return scale_.state.status == ScaleStatus::kFixed; }
   int num_bends() const { return num_bends_; }
+
+  // Landmarks (tracks) that a measured distance is of, ascending: not to be given up for less than
+  // a want of sights, since the scale may rest on them.
+  std::vector<int> measured_tracks() const;
 
   // Updates the filter and lets the map follow what it dropped.
   FilterUpdate update();
@@ -153,6 +162,7 @@ class Map {
   SharedVector<Keyframe, 1> keyframes_;
   SharedVector<Track, 64> tracks_;
   MapEdges edges_;
+  PlaceIndex places_;
   InformationFilter filter_;
   SightNoise noise_;
   MapScale scale_;

@@ -186,11 +186,12 @@ int drop_landmarks(Map& map, int newest, const BoundOptions& options) {
     int last = 0, track = 0;
     auto operator<=>(const Rank&) const = default;
   };
+  const std::vector<int> measured = map.measured_tracks();
   const std::vector<int> in_view = map.landmarks_of(map.covisible(newest, kAround));
   std::vector<Rank> ranked;
   for (int t = 0; t < map.num_tracks(); ++t) {
     const Track& track = map.track(t);
-    if (track.is_landmark())
+    if (track.is_landmark() && !std::binary_search(measured.begin(), measured.end(), t))
       ranked.push_back({std::binary_search(in_view.begin(), in_view.end(), t), track.sights.size(),
                         track.sights.back().keyframe, t});
   }

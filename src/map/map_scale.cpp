@@ -3,73 +3,72 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 
 #include "filter/calibration_share.h"
 #include "filter/derived_covariances.h"
-#include "geometry/robust.h"
-#include "geometry/similarity.h"
+#include "filter/landmark_distance.h"
+#include "map/earth_alignment.h"
 #include "map/map.h"
+#include "map_view.h"
 
 namespace eifmap {
 namespace {
+
+using Kind = AbsoluteObservation::Kind;
 
 bool is_position(const PlacedMeasurement& m) {
   return m.kind == MeasurementKind::kPosition;
 }
 
-// In the map, its levers in units of the map.
-Eigen::Vector3d in_map(const Map& map, const PlacedPoint& point, double metres_per_unit) {
-  return map.pose(point.keyframe) * Eigen::Vector3d(point.offset + point.lever / metres_per_unit);
+// Whether the map is ready for those of its kind. Gravity waits until some agree, though there may
+// be an earth: a way along a line does not tell how it is turned about that.
+bool can_enter(const Map& map, const PlacedMeasurement& m) {
+  if (is_position(m)) return map.filter().has_earth();
+  if (m.kind == MeasurementKind::kGravity) return map.filter().has_absolute(Kind::kDown);
+  return map.scale().state.status == ScaleStatus::kFixed;
 }
 
-// The same point, of the keyframe that carries a removed one.
-PlacedPoint of_present(const Map& map, PlacedPoint point) {
-  if (!map.is_removed(point.keyframe)) return point;
-  const Keyframe& removed = map.keyframe(point.keyframe);
-  const Eigen::Matrix3d turn = removed.carrier_from_this.matrix();
-  point.keyframe = removed.carrier;
-  point.offset = removed.carrier_from_this * point.offset;
-  point.lever = turn * point.lever;
-  point.offset_covariance = turn * point.offset_covariance * turn.transpose();
-  point.lever_covariance = turn * point.lever_covariance * turn.transpose();
-  return point;
+bool are_landmarks(const Map& map, const PlacedMeasurement& m) {
+  return std::all_of(m.tracks.begin(), m.tracks.end(),
+                     [&map](int t) { return map.track(t).is_landmark(); });
 }
 
-// Of a metric map. What the points' frames are uncertain by is added, as things are now.
-AbsoluteObservation observation_of(const Map& map, const PlacedMeasurement& m) {
-  std::vector<RigidPoint> points;
-  for (const PlacedPoint& p : m.points) points.emplace_back(p.keyframe, p.offset + p.lever);
-  const auto added = [&map](const PlacedPoint& p) {
-    const Eigen::Matrix3d turn = map.pose(p.keyframe).matrix();
-    return Eigen::Matrix3d(turn * (p.offset_covariance + p.lever_covariance) * turn.transpose());
+// Of a keyframe that has one already. The errors of two in a row are much the same, so that the
+// second would count for more than it is.
+bool is_spare(const Map& map, const PlacedMeasurement& m) {
+  if (m.kind != MeasurementKind::kGravity) return false;
+  const auto keyframe_of = [&map](const PlacedMeasurement& of) {
+    return of_present(map, of).points.front().keyframe;
   };
-  if (is_position(m)) {
-    const Eigen::Matrix3d turn = map.filter().earth_from_map().matrix();
-    return AbsoluteObservation::position(
-        points.front(), m.value, m.covariance + turn * added(m.points.front()) * turn.transpose());
-  }
-  const auto n = m.points.size();
-  const auto along = [&](std::size_t a, std::size_t b) {
-    const Eigen::Vector3d step = in_map(map, m.points[b], 1) - in_map(map, m.points[a], 1);
-    return Eigen::Vector3d(step / std::max(step.norm(), 1e-12));
-  };
-  const Eigen::Vector3d first = along(0, 1), last = along(n - 2, n - 1);
-  const double variance = m.covariance(0, 0) + first.dot(added(m.points.front()) * first) +
-                          last.dot(added(m.points.back()) * last);
-  return AbsoluteObservation::length(std::move(points), m.value.x(), std::sqrt(variance));
+  const int keyframe = keyframe_of(m);
+  const std::vector<PlacedMeasurement>& waiting = map.scale().waiting;
+  return map.filter().has_absolute(keyframe, Kind::kDown) ||
+         std::any_of(waiting.begin(), waiting.end(), [&](const PlacedMeasurement& other) {
+           return &other != &m && other.kind == MeasurementKind::kGravity &&
+                  keyframe_of(other) == keyframe;
+         });
 }
 
-AbsoluteObservation observation_in_use(const Map& map, PlacedMeasurement m) {
-  for (PlacedPoint& point : m.points) point = of_present(map, point);
-  return observation_of(map, m);
+Reason try_to_enter(Map& map, const PlacedMeasurement& m, bool gated, bool again) {
+  if (m.kind == MeasurementKind::kLandmarks && !are_landmarks(map, m))
+    return Reason::kMeasurementWithoutLandmark;
+  return map.filter().add_absolute(observation_in_use(map, m), gated, again);
 }
 
 Reason enter(Map& map, const PlacedMeasurement& m, bool gated) {
-  const Reason reason = map.filter().add_absolute(observation_in_use(map, m), gated);
+  const Reason reason = try_to_enter(map, m, gated, false);
   map.scale().counts.add(m.kind, reason);
   return reason;
+}
+
+// A landmark may have gone while the distance waited.
+void refuse_lost_landmarks(Map& map) {
+  std::erase_if(map.scale().waiting, [&map](const PlacedMeasurement& m) {
+    if (m.kind != MeasurementKind::kLandmarks || are_landmarks(map, m)) return false;
+    map.scale().counts.add(m.kind, Reason::kMeasurementWithoutLandmark);
+    return true;
+  });
 }
 
 void enter_or_keep(Map& map, const PlacedMeasurement& m) {
@@ -83,8 +82,7 @@ void enter_or_keep(Map& map, const PlacedMeasurement& m) {
 void enter_kept(Map& map) {
   MeasurementCounts& counts = map.scale().counts;
   std::erase_if(map.scale().contradicting, [&](const PlacedMeasurement& m) {
-    if (map.filter().add_absolute(observation_in_use(map, m), true, true) != Reason::kNone)
-      return false;
+    if (try_to_enter(map, m, true, true) != Reason::kNone) return false;
     --counts.kinds[m.kind].refused;
     if (--counts.refusals[Reason::kMeasurementGated] == 0)
       counts.refusals.erase(Reason::kMeasurementGated);
@@ -93,102 +91,41 @@ void enter_kept(Map& map) {
   });
 }
 
-double length_in_map(const Map& map, const PlacedMeasurement& m) {
-  double length = 0;
-  for (std::size_t k = 1; k < m.points.size(); ++k)
-    length += (in_map(map, m.points[k], 1) - in_map(map, m.points[k - 1], 1)).norm();
-  return length;
+// Within one keyframe a way says nothing of how far two are from each other.
+bool has_two_ends(const Map& map, const PlacedMeasurement& measurement) {
+  if (measurement.kind == MeasurementKind::kLandmarks) return true;
+  const std::vector<PlacedPoint> points = of_present(map, measurement).points;
+  return std::any_of(points.begin(), points.end(), [&points](const PlacedPoint& point) {
+    return point.keyframe != points.front().keyframe;
+  });
 }
 
-// Within one keyframe a length says nothing of how far two are from each other.
-bool has_two_ends(const Map& map, const PlacedMeasurement& m) {
-  const int first = of_present(map, m.points.front()).keyframe;
-  return std::any_of(m.points.begin(), m.points.end(), [&](const PlacedPoint& point) {
-    return of_present(map, point).keyframe != first;
-  });
+// Relative: by what was measured; of landmarks, which may lie far off and be known badly, by what
+// their own sights leave open too.
+double sigma_of_length(const Map& map, const PlacedMeasurement& m) {
+  const double measured = std::sqrt(m.covariance(0, 0)) / m.value.x();
+  if (m.kind != MeasurementKind::kLandmarks) return measured;
+  const InformationFilter& filter = map.filter();
+  const auto landmark = [&](std::size_t k) -> const FilterLandmark& {
+    return filter.landmark(map.track(m.tracks[k]).landmark);
+  };
+  const DistanceRows distance = linearize_distance(landmark(0), landmark(1), 0);
+  const double variance = filter.variance() * (distance.of_a + distance.of_b);
+  return std::hypot(measured, std::sqrt(variance) / length_in_map(map, m));
 }
 
 // The surest length that is sure enough.
 const PlacedMeasurement* best_length(const Map& map, const MeasurementOptions& options) {
   const PlacedMeasurement* best = nullptr;
-  const auto relative = [](const PlacedMeasurement& m) {
-    return std::sqrt(m.covariance(0, 0)) / m.value.x();
-  };
-  for (const PlacedMeasurement& m : map.scale().waiting)
-    if (!is_position(m) && has_two_ends(map, m) && relative(m) <= options.max_scale_sigma &&
-        length_in_map(map, m) > 0 && (!best || relative(m) < relative(*best)))
-      best = &m;
+  double sigma_of_best = options.max_scale_sigma;
+  for (const PlacedMeasurement& m : map.scale().waiting) {
+    if (!is_length(m.kind) || !has_two_ends(map, m) || !(length_in_map(map, m) > 0)) continue;
+    const double sigma = sigma_of_length(map, m);
+    if (best ? sigma >= sigma_of_best : sigma > sigma_of_best) continue;
+    best = &m;
+    sigma_of_best = sigma;
+  }
   return best;
-}
-
-struct Alignment {
-  Similarity earth_from_map;
-  std::vector<const PlacedMeasurement*> inliers, outliers;
-};
-
-Similarity fit(const Map& map, const std::vector<const PlacedMeasurement*>& positions) {
-  const auto n = static_cast<Eigen::Index>(positions.size());
-  Eigen::Matrix3Xd a(3, n), b(3, n);
-  Similarity found;
-  // Levers are metres, the rest is in units of the map: again with the scale found.
-  for (int pass = 0; pass < 4; ++pass) {
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const PlacedMeasurement& m = *positions[static_cast<std::size_t>(k)];
-      const PlacedPoint& point = m.points.front();
-      const Eigen::Vector3d lever = map.pose(point.keyframe).rotation * point.lever;
-      a.col(k) = m.value - (pass > 0 ? Eigen::Vector3d(found.rotation * lever)
-                                     : Eigen::Vector3d(Eigen::Vector3d::Zero()));
-      b.col(k) = map.pose(point.keyframe) * point.offset;
-    }
-    found = fit_similarity(a, b);
-  }
-  return found;
-}
-
-// The similarity that brings the map to the positions, when they determine its scale well enough.
-// The errors are taken from the residuals, which have the map's own in them, but for no less than
-// what the positions claim.
-std::optional<Alignment> align(const Map& map, const MeasurementOptions& options) {
-  constexpr double kOutlier = 4.6;              // spreads: 1 in 10,000, of three axes
-  constexpr double kSpreadFromMedian3d = 0.65;  // of one axis from the median norm of three
-  Alignment found;
-  for (const PlacedMeasurement& m : map.scale().waiting)
-    if (is_position(m)) found.inliers.push_back(&m);
-  const std::size_t all = found.inliers.size();
-  const auto wanted = static_cast<std::size_t>(options.min_positions);
-  for (int round = 0; round < 5; ++round) {
-    if (found.inliers.size() < wanted || 2 * found.inliers.size() < all) return std::nullopt;
-    const Similarity& s = found.earth_from_map = fit(map, found.inliers);
-    if (!(s.scale > 0)) return std::nullopt;
-    const auto residual = [&](const PlacedMeasurement& m) {
-      return (m.value - s * in_map(map, m.points.front(), s.scale)).norm();
-    };
-    std::vector<double> residuals;
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    double claimed = 0, squared = 0, spread_out = 0;
-    const auto n = static_cast<double>(found.inliers.size());
-    for (const PlacedMeasurement* m : found.inliers) {
-      residuals.push_back(residual(*m));
-      squared += std::pow(residuals.back(), 2);
-      claimed += m->covariance.trace() / (3 * n);
-      mean += map.pose(m->points.front().keyframe).translation / n;
-    }
-    for (const PlacedMeasurement* m : found.inliers)
-      spread_out += (map.pose(m->points.front().keyframe).translation - mean).squaredNorm();
-    const double spread =
-        std::max(std::sqrt(claimed), kSpreadFromMedian3d * take_median(residuals));
-    const auto first_out = std::stable_partition(
-        found.inliers.begin(), found.inliers.end(),
-        [&](const PlacedMeasurement* m) { return residual(*m) <= kOutlier * spread; });
-    if (first_out == found.inliers.end()) {
-      const double variance = std::max(claimed, squared / (3 * n - 7));
-      const double sigma = std::sqrt(variance / spread_out) / s.scale;
-      return sigma <= options.max_scale_sigma ? std::optional(found) : std::nullopt;
-    }
-    found.outliers.insert(found.outliers.end(), first_out, found.inliers.end());
-    found.inliers.erase(first_out, found.inliers.end());
-  }
-  return std::nullopt;
 }
 
 // Everything that is in units of the map.
@@ -206,11 +143,11 @@ void make_metric_by(Map& map, const PlacedMeasurement& length) {
   waiting.erase(waiting.begin() + (&length - waiting.data()));
 }
 
-void enter_positions(Map& map, const Alignment& alignment) {
+void enter_positions(Map& map, const EarthAlignment& alignment) {
   if (map.scale().state.status == ScaleStatus::kFree)
     make_metric(map, alignment.earth_from_map.scale);
   // The positions are of the map's unit no longer where that has just changed.
-  const Similarity now = fit(map, alignment.inliers);
+  const Similarity now = fit_positions(map, alignment.inliers);
   map.filter().set_earth_from_map({Eigen::Quaterniond(now.rotation).normalized(), now.translation});
   for (const PlacedMeasurement* m : alignment.inliers) enter(map, *m, false);
   for (const PlacedMeasurement* m : alignment.outliers) {
@@ -218,6 +155,28 @@ void enter_positions(Map& map, const Alignment& alignment) {
     map.scale().contradicting.push_back(*m);
   }
   std::erase_if(map.scale().waiting, is_position);
+}
+
+// The least turn that brings the map upright.
+Reason level_map(Map& map, const Level& level) {
+  InformationFilter& filter = map.filter();
+  if (!filter.has_level())
+    filter.set_level(Eigen::Quaterniond::FromTwoVectors(level.up_in_map, Eigen::Vector3d::UnitZ()));
+  else if (!earth_is_certain(filter))
+    filter.stand_earth_upright(level.up_in_map);
+  const bool gated = filter.has_earth();  // else nothing could contradict them
+  for (const PlacedMeasurement* m : level.inliers) enter(map, *m, gated);
+  std::vector<PlacedMeasurement>& waiting = map.scale().waiting;
+  std::vector<PlacedMeasurement> others;
+  for (PlacedMeasurement& m : waiting)
+    if (m.kind == MeasurementKind::kGravity &&
+        std::find(level.inliers.begin(), level.inliers.end(), &m) == level.inliers.end())
+      others.push_back(m);
+  std::erase_if(waiting,
+                [](const PlacedMeasurement& m) { return m.kind == MeasurementKind::kGravity; });
+  if (const Reason reason = map.update().reason; reason != Reason::kNone) return reason;
+  for (const PlacedMeasurement& m : others) enter_or_keep(map, m);
+  return Reason::kNone;
 }
 
 // NaN where the filter cannot tell.
@@ -245,20 +204,34 @@ void set_sigmas(Map& map, const MeasurementOptions& options) {
   map.scale().state.sigma_newest = log_scale_sigma(map, latest, calibration);
 }
 
+void set_earth(Map& map) {
+  const InformationFilter& filter = map.filter();
+  EarthState& earth = map.scale().earth;
+  earth = EarthState();
+  if (!filter.has_level()) return;
+  earth.status = filter.has_earth() ? EarthStatus::kPlaced : EarthStatus::kLevel;
+  earth.earth_from_map = filter.earth_from_map();
+  PoseBlock covariance;
+  if (earth_is_certain(filter) &&
+      filter.propagate({{kEarthFromMap, PoseBlock::Identity()}}, covariance))
+    earth.covariance = centre_first(covariance);
+}
+
 }  // namespace
 
 void add_measurements(Map& map, std::vector<PlacedMeasurement> measurements,
                       const MeasurementOptions& options) {
-  const bool is_metric = map.scale().state.status == ScaleStatus::kFixed;
   for (PlacedMeasurement& m : measurements) {
-    if (is_metric && (!is_position(m) || map.filter().has_earth()))
+    if (is_spare(map, m))
+      map.scale().counts.add(m.kind, Reason::kMeasurementSpare);
+    else if (can_enter(map, m))
       enter_or_keep(map, m);
     else if (static_cast<int>(map.scale().waiting.size()) < options.max_waiting)
       map.scale().waiting.push_back(std::move(m));
     else
       map.scale().counts.add(m.kind, Reason::kTooManyMeasurements);
   }
-  if (is_metric && !measurements.empty()) enter_kept(map);
+  if (!measurements.empty()) enter_kept(map);
 }
 
 bool is_spare(const Map& map, int keyframe) {
@@ -266,19 +239,29 @@ bool is_spare(const Map& map, int keyframe) {
   // to max_scale_sigma each has a say.
   constexpr double kSureScale = 0.02;
   constexpr int kAround = 5;  // keyframes of its surroundings, itself among them
-  using Kind = AbsoluteObservation::Kind;
   const InformationFilter& filter = map.filter();
   if (filter.has_absolute(keyframe, Kind::kLength)) return false;
-  if (!filter.has_absolute(keyframe, Kind::kPosition)) return true;
-  if (!(map.scale().state.sigma <= kSureScale)) return false;
+  constexpr std::size_t kFewSights = 3;
+  for (int t : map.measured_tracks())
+    for (const Sight& sight : map.track(t).sights)
+      if (sight.keyframe == keyframe && map.track(t).sights.size() <= kFewSights) return false;
   const std::vector<int> around = map.covisible(keyframe, kAround);
-  return std::any_of(around.begin(), around.end(), [&](int other) {
-    return other != keyframe && filter.has_absolute(other, Kind::kPosition);
-  });
+  const auto is_elsewhere = [&](Kind kind) {
+    return std::any_of(around.begin(), around.end(), [&](int other) {
+      return other != keyframe && filter.has_absolute(other, kind);
+    });
+  };
+  if (filter.has_absolute(keyframe, Kind::kDown) && !is_elsewhere(Kind::kDown)) return false;
+  if (!filter.has_absolute(keyframe, Kind::kPosition)) return true;
+  return map.scale().state.sigma <= kSureScale && is_elsewhere(Kind::kPosition);
 }
 
 Reason fix_scale(Map& map, const MeasurementOptions& options) {
+  refuse_lost_landmarks(map);
   const auto is_metric = [&map] { return map.scale().state.status == ScaleStatus::kFixed; };
+  if (!map.filter().has_absolute(Kind::kDown))
+    if (const auto level = find_level(map))
+      if (const Reason reason = level_map(map, *level); reason != Reason::kNone) return reason;
   if (!is_metric())
     if (const PlacedMeasurement* length = best_length(map, options)) {
       make_metric_by(map, *length);
@@ -287,11 +270,12 @@ Reason fix_scale(Map& map, const MeasurementOptions& options) {
       add_measurements(map, std::move(others), options);
     }
   if (!map.filter().has_earth())
-    if (const auto alignment = align(map, options)) {
+    if (const auto alignment = align_positions(map, options)) {
       enter_positions(map, *alignment);
       if (const Reason reason = map.update().reason; reason != Reason::kNone) return reason;
     }
   if (is_metric()) set_sigmas(map, options);
+  set_earth(map);
   return Reason::kNone;
 }
 

@@ -66,10 +66,7 @@ void MeasurementDesk::grow(const std::vector<double>& growth) {
     if (frame.keyframe >= 0) frame.grow(growth[static_cast<std::size_t>(frame.keyframe)]);
 }
 
-// The camera's place at a time: that of the frame nearest to it, moved along the way to the frame
-// on the time's other side.
-Reason MeasurementDesk::place(const Map& map, std::int64_t time_us, const Eigen::Vector3d& lever,
-                              PlacedPoint& point) const {
+Reason MeasurementDesk::find(const Map& map, std::int64_t time_us, Between& between) const {
   const auto after = std::lower_bound(
       frames_.begin(), frames_.end(), time_us,
       [](const PlacedFrame& frame, std::int64_t time) { return frame.time_us < time; });
@@ -82,27 +79,51 @@ Reason MeasurementDesk::place(const Map& map, std::int64_t time_us, const Eigen:
   if (!nearest || distance(*nearest) > options_.max_dt_s) return Reason::kMeasurementWithoutFrame;
   if (nearest->keyframe < 0 || nearest->keyframe >= map.num_keyframes())
     return Reason::kMeasurementWithoutPose;
-  point = point_of(*nearest, lever);
+  between.nearest = nearest;
   if (!other || other->keyframe < 0 || distance(*nearest) == 0) return Reason::kNone;
-  const PlacedPoint beyond = point_of(*other, lever);
-  const Rigid3 nearest_from_other = map.pose(point.keyframe).inverse() * map.pose(beyond.keyframe);
-  const double share = distance(*nearest) / (distance(*nearest) + distance(*other));
-  point.offset += share * (nearest_from_other * beyond.offset - point.offset);
-  point.lever += share * (nearest_from_other.rotation * beyond.lever - point.lever);
+  between.other = other;
+  between.share = distance(*nearest) / (distance(*nearest) + distance(*other));
   return Reason::kNone;
 }
 
-Reason MeasurementDesk::place(const Map& map, const AbsoluteMeasurement& m,
-                              PlacedMeasurement& placed) const {
-  placed.kind = m.kind;
-  placed.points.resize(1);
-  if (m.kind == MeasurementKind::kPosition) {
-    placed.value = m.position;
-    placed.covariance = m.covariance;
-    return place(map, m.time_us, m.lever, placed.points.front());
+// The camera's place at a time: that of the frame nearest to it, moved along the way to the frame
+// on the time's other side.
+Reason MeasurementDesk::place(const Map& map, std::int64_t time_us, const Eigen::Vector3d& lever,
+                              PlacedPoint& point) const {
+  Between between;
+  if (const Reason reason = find(map, time_us, between); reason != Reason::kNone) return reason;
+  point = point_of(*between.nearest, lever);
+  if (!between.other) return Reason::kNone;
+  const PlacedPoint beyond = point_of(*between.other, lever);
+  const Rigid3 nearest_from_other = map.pose(point.keyframe).inverse() * map.pose(beyond.keyframe);
+  point.offset += between.share * (nearest_from_other * beyond.offset - point.offset);
+  point.lever += between.share * (nearest_from_other.rotation * beyond.lever - point.lever);
+  return Reason::kNone;
+}
+
+// The same of how the camera is turned.
+Reason MeasurementDesk::place_gravity(const Map& map, const AbsoluteMeasurement& m,
+                                      PlacedMeasurement& placed) const {
+  Between between;
+  if (const Reason reason = find(map, m.time_us, between); reason != Reason::kNone) return reason;
+  const PlacedFrame& nearest = *between.nearest;
+  Eigen::Quaterniond turn = nearest.keyframe_from_camera.rotation;
+  if (between.other) {
+    const Eigen::Quaterniond nearest_from_other = map.pose(nearest.keyframe).rotation.conjugate() *
+                                                  map.pose(between.other->keyframe).rotation;
+    turn = turn.slerp(between.share,
+                      nearest_from_other * between.other->keyframe_from_camera.rotation);
   }
-  placed.value = {m.length, 0, 0};
-  placed.covariance(0, 0) = m.sigma * m.sigma;
+  placed.points.front().keyframe = nearest.keyframe;
+  placed.value = (turn * m.down).normalized();
+  placed.covariance =
+      m.sigma * m.sigma * Eigen::Matrix3d::Identity() +
+      turn * nearest.covariance.topLeftCorner<3, 3>() * turn.toRotationMatrix().transpose();
+  return Reason::kNone;
+}
+
+Reason MeasurementDesk::place_way(const Map& map, const AbsoluteMeasurement& m,
+                                  PlacedMeasurement& placed) const {
   const Eigen::Vector3d no_lever = Eigen::Vector3d::Zero();
   if (const Reason reason = place(map, m.time_us, no_lever, placed.points.front());
       reason != Reason::kNone)
@@ -119,7 +140,36 @@ Reason MeasurementDesk::place(const Map& map, const AbsoluteMeasurement& m,
   return place(map, m.until_us, no_lever, placed.points.back());
 }
 
-MeasurementDesk::Taken MeasurementDesk::take(const Map& map) {
+Reason MeasurementDesk::place(const Map& map, std::int64_t map_id, const AbsoluteMeasurement& m,
+                              PlacedMeasurement& placed) const {
+  placed.kind = m.kind;
+  placed.points.resize(1);
+  placed.value = {m.length, 0, 0};
+  placed.covariance(0, 0) = m.sigma * m.sigma;
+  switch (m.kind) {
+    case MeasurementKind::kPosition:
+      placed.value = m.position;
+      placed.covariance = m.covariance;
+      return place(map, m.time_us, m.lever, placed.points.front());
+    case MeasurementKind::kGravity:
+      return place_gravity(map, m, placed);
+    case MeasurementKind::kLandmarks:
+      placed.points.clear();
+      for (std::size_t k = 0; k < 2; ++k) {
+        if (m.map_id != map_id || m.landmark[k] >= map.num_tracks() ||
+            !map.track(static_cast<int>(m.landmark[k])).is_landmark())
+          return Reason::kMeasurementWithoutLandmark;
+        placed.tracks[k] = static_cast<int>(m.landmark[k]);
+      }
+      return Reason::kNone;
+    case MeasurementKind::kDistance:
+    case MeasurementKind::kOdometry:
+      break;
+  }
+  return place_way(map, m, placed);
+}
+
+MeasurementDesk::Taken MeasurementDesk::take(const Map& map, std::int64_t map_id) {
   Taken taken;
   if (frames_.empty()) return taken;
   std::erase_if(waiting_, [this](const Entry& entry) {
@@ -134,7 +184,7 @@ MeasurementDesk::Taken MeasurementDesk::take(const Map& map) {
   for (const Entry& entry : waiting_) {
     if (!is_due(entry)) continue;
     PlacedMeasurement placed;
-    const Reason reason = place(map, entry.measurement, placed);
+    const Reason reason = place(map, map_id, entry.measurement, placed);
     if (reason == Reason::kNone) {
       taken.placed.push_back(std::move(placed));
       taken.entries.push_back(entry);

@@ -57,7 +57,7 @@ class MeasurementDesk {
     std::vector<PlacedMeasurement> placed;
     std::vector<Entry> entries;  // what was placed
   };
-  Taken take(const Map& map);
+  Taken take(const Map& map, std::int64_t map_id);
   // Taken ones of a keyframe that did not come into the map, for `reason`: with the next one. A
   // full map and one that was given up (kNone) are no fault of theirs; with two keyframes that
   // failed they are refused, since they may be the reason.
@@ -67,9 +67,20 @@ class MeasurementDesk {
   int num_waiting() const { return static_cast<int>(waiting_.size()); }
 
  private:
+  // The frames around a time: the nearest, and where that has a share in the camera's place the one
+  // on the time's other side.
+  struct Between {
+    const PlacedFrame *nearest = nullptr, *other = nullptr;
+    double share = 0;  // of the other's
+  };
+  Reason find(const Map& map, std::int64_t time_us, Between& between) const;
   Reason place(const Map& map, std::int64_t time_us, const Eigen::Vector3d& lever,
                PlacedPoint& point) const;
-  Reason place(const Map& map, const AbsoluteMeasurement& measurement,
+  Reason place_gravity(const Map& map, const AbsoluteMeasurement& measurement,
+                       PlacedMeasurement& placed) const;
+  Reason place_way(const Map& map, const AbsoluteMeasurement& measurement,
+                   PlacedMeasurement& placed) const;
+  Reason place(const Map& map, std::int64_t map_id, const AbsoluteMeasurement& measurement,
                PlacedMeasurement& placed) const;
 
   MeasurementOptions options_;

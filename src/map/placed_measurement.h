@@ -1,7 +1,9 @@
-// An absolute measurement that has found its place in the map: points fixed to keyframes.
+// An absolute measurement that has found its place in the map: points fixed to keyframes, or
+// landmarks.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "absolute_measurement.h"
@@ -9,6 +11,8 @@
 #include "geometry/rigid3.h"
 
 namespace eifmap {
+
+class Map;
 
 // In the keyframe's camera frame. What the map says and what was measured on the camera are kept
 // apart, since only the one is scaled when the map becomes metric.
@@ -28,12 +32,28 @@ struct PlacedPoint {
 
 struct PlacedMeasurement {
   MeasurementKind kind = MeasurementKind::kPosition;
-  std::vector<PlacedPoint> points;
-  Eigen::Vector3d value = Eigen::Vector3d::Zero();           // m; of a length the first
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // of a length (0, 0)
+  std::vector<PlacedPoint> points;       // of gravity one, of which the keyframe alone counts
+  std::array<int, 2> tracks = {-1, -1};  // of the distance of two landmarks, which has no points
+  // m; of a length the first. Of gravity down, unit, in the keyframe's camera frame.
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  // Of a length (0, 0), of gravity that of a turn, rad^2, in the keyframe's camera frame.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   void make_metric(double metres_per_unit) {
     for (PlacedPoint& point : points) point.grow(metres_per_unit);
   }
 };
+
+// In the map, its levers in units of the map.
+Eigen::Vector3d in_map(const Map& map, const PlacedPoint& point, double metres_per_unit);
+
+// The same of keyframes that are in the map: where one has been removed, of what carries it.
+PlacedMeasurement of_present(const Map& map, PlacedMeasurement measurement);
+
+// Of a length, in the map's unit: 0 where a landmark is none any more.
+double length_in_map(const Map& map, const PlacedMeasurement& measurement);
+
+// As the filter takes it, of a metric map (gravity: of any). What the points' frames are uncertain
+// by is added, as things are now. Of landmarks that are no more the handles are -1.
+AbsoluteObservation observation_in_use(const Map& map, const PlacedMeasurement& measurement);
 
 }  // namespace eifmap

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <span>
@@ -82,35 +83,59 @@ void read_position(LineReader& in, AbsoluteMeasurement& m) {
   m.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
 }
 
-void read_length(LineReader& in, AbsoluteMeasurement& m) {
+void read_way(LineReader& in, AbsoluteMeasurement& m) {
   m.until_us = in.integer("utime2");
   m.length = in.number("length");
   m.sigma = in.number("sigma");
   if (in.ok() && m.until_us <= m.time_us) in.complain("\"utime2\" is not after \"utime\"");
 }
 
+void read_gravity(LineReader& in, AbsoluteMeasurement& m) {
+  in.numbers("down", {m.down.data(), 3});
+  m.sigma = in.number("sigma");
+}
+
+void read_landmarks(LineReader& in, AbsoluteMeasurement& m) {
+  m.map_id = in.integer("map");
+  m.landmark = {in.integer("a"), in.integer("b")};
+  m.length = in.number("length");
+  m.sigma = in.number("sigma");
+}
+
+using Read = void (*)(LineReader&, AbsoluteMeasurement&);
+constexpr std::pair<MeasurementKind, Read> kReaders[] = {
+    {MeasurementKind::kPosition, read_position},   {MeasurementKind::kDistance, read_way},
+    {MeasurementKind::kOdometry, read_way},        {MeasurementKind::kGravity, read_gravity},
+    {MeasurementKind::kLandmarks, read_landmarks},
+};
+
 std::string read_line(const std::string& text, AbsoluteMeasurement& m) {
   LineReader in(text);
   const std::string kind = in.text("kind");
   m.time_us = in.integer("utime");
-  if (kind == "position")
-    read_position(in, m);
-  else if (kind == "distance" || kind == "odometry")
-    read_length(in, m);
-  else
-    in.complain("\"kind\" is " + kind + ", wanted position, distance or odometry");
+  const auto* reader = std::find_if(std::begin(kReaders), std::end(kReaders),
+                                    [&kind](const auto& r) { return name(r.first) == kind; });
+  if (reader != std::end(kReaders)) {
+    m.kind = reader->first;
+    reader->second(in, m);
+  } else {
+    in.complain("\"kind\" is " + kind +
+                ", wanted position, distance, odometry, gravity or landmarks");
+  }
   if (in.has("publisher") || in.has("seq")) {
     m.id.publisher = in.integer("publisher");
     m.id.seq = in.integer("seq");
     if (in.ok() && m.id.seq < 0) in.complain("\"seq\" is below 0");
   }
-  m.kind = kind == "position"   ? MeasurementKind::kPosition
-           : kind == "distance" ? MeasurementKind::kDistance
-                                : MeasurementKind::kOdometry;
   if (in.ok() && check_measurement(m) == Reason::kBadMeasurementCovariance)
-    in.complain("its sigma or covariance is not positive");
+    in.complain(m.kind == MeasurementKind::kGravity ? "its sigma is not above 0 and at most 1 rad"
+                                                    : "its sigma or covariance is not positive");
   if (in.ok() && check_measurement(m) != Reason::kNone)
-    in.complain("its numbers are not finite or its length is not above 0");
+    in.complain(
+        m.kind == MeasurementKind::kLandmarks
+            ? "its length is not above 0, or \"map\", \"a\" and \"b\" name no map (from 1) and "
+              "two landmarks (from 0)"
+            : "its numbers are not finite or its length is not above 0");
   return in.finish();
 }
 
@@ -124,10 +149,17 @@ std::string line_of(const AbsoluteMeasurement& m) {
     json["covariance"] = std::vector<double>(rows.data(), rows.data() + 9);
     json["lever"] = std::vector<double>(m.lever.begin(), m.lever.end());
   } else {
-    json["utime2"] = m.until_us;
-    json["length"] = m.length;
     json["sigma"] = m.sigma;
   }
+  if (m.kind == MeasurementKind::kGravity)
+    json["down"] = std::vector<double>(m.down.begin(), m.down.end());
+  if (m.kind == MeasurementKind::kLandmarks) {
+    json["map"] = m.map_id;
+    json["a"] = m.landmark[0];
+    json["b"] = m.landmark[1];
+  }
+  if (has_two_times(m.kind)) json["utime2"] = m.until_us;
+  if (is_length(m.kind)) json["length"] = m.length;
   if (m.id.seq >= 0) {
     json["publisher"] = m.id.publisher;
     json["seq"] = m.id.seq;

@@ -96,10 +96,17 @@ TEST_F(LoggerTest, TheTrajectoryIsInMetresInTheEnd) {
   status.scale = status_t::SCALE_METRIC;
   status.metres_per_unit = 0.5;
   send("cam", ChannelKind::kStatus, encode(status));
+  status.earth = status_t::EARTH_PLACED;
+  status.earth_position[2] = 7.5;
+  status.earth_quaternion[0] = 1;
+  send("cam", ChannelKind::kStatus, encode(status));
   EXPECT_EQ(logger_->finish(), "");
   ASSERT_EQ(write_tum(folder_.path() / "expected.tum", expected), "");
   EXPECT_EQ(text("trajectory.tum"), read_text(folder_.path() / "expected.tum"));
-  EXPECT_NE(text("status.jsonl").find("\"scale\":\"metric\",\"metres_per_unit\":0.5"),
+  const std::string lines = text("status.jsonl");
+  EXPECT_NE(lines.find("\"scale\":\"metric\",\"metres_per_unit\":0.5"), std::string::npos);
+  EXPECT_NE(lines.find("\"earth\":\"unknown\""), std::string::npos);
+  EXPECT_NE(lines.find("\"earth\":\"placed\",\"earth_from_map\":{\"position\":[0.0,0.0,7.5]"),
             std::string::npos);
 }
 

@@ -40,5 +40,18 @@ TEST(Audit, FindsWhatIsUsedTwice) {
   EXPECT_EQ(audit(map).size(), 3u);
 }
 
+TEST(Audit, FindsAnIndexOfPlacesThatDoesNotFollow) {
+  const SyntheticStream world;
+  Map map = make_scene(world, 15);
+  map.remove_keyframe(3);
+  EXPECT_TRUE(audit(map).empty());
+  const Map copy = map;
+  const_cast<PlaceIndex&>(map.places()).remove(5);
+  EXPECT_EQ(audit(map).size(), 2u);  // that one, and how many there are
+  EXPECT_TRUE(audit(copy).empty());
+  const_cast<PlaceIndex&>(map.places()).add(3, world.frame(3));
+  EXPECT_EQ(audit(map).size(), 2u);
+}
+
 }  // namespace
 }  // namespace eifmap::test

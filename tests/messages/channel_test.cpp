@@ -8,10 +8,11 @@
 namespace eifmap {
 namespace {
 
-constexpr ChannelKind kAllKinds[] = {ChannelKind::kImage,       ChannelKind::kFeatures,
-                                     ChannelKind::kCalibration, ChannelKind::kPose,
-                                     ChannelKind::kMap,         ChannelKind::kStatus,
-                                     ChannelKind::kDecision,    ChannelKind::kMeasurement};
+constexpr ChannelKind kAllKinds[] = {
+    ChannelKind::kImage,    ChannelKind::kFeatures,    ChannelKind::kCalibration,
+    ChannelKind::kPose,     ChannelKind::kMap,         ChannelKind::kStatus,
+    ChannelKind::kDecision, ChannelKind::kMeasurement, ChannelKind::kRelativeRequest,
+    ChannelKind::kRelative};
 
 TEST(Channel, WhatIsBuiltParsesBack) {
   for (const char* camera : {"a", "front-left_2", "abcdefghijklmnopqrstuvwx"})

@@ -76,6 +76,10 @@ std::vector<Sample> all_samples() {
       {"pose", encode(to_message(samples::published_pose())), decoder(&decode_pose)},
       {"decision", encode(to_message(samples::published_decision())), decoder(&decode_decision)},
       {"position", encode(to_message(samples::position())), decoder(&decode_measurement)},
+      {"landmarks", encode(to_message(samples::landmarks())), decoder(&decode_measurement)},
+      {"relative request", encode(to_message(samples::relative_request())),
+       decoder(&decode_relative_request)},
+      {"relative", encode(to_message(samples::relative_answer())), decoder(&decode_relative)},
       {"map part", encode(to_message(part)), decoder(&decode_map_part)},
       {"status", encode(samples::status()), decoder(&decode_status)}};
 }
@@ -237,8 +241,7 @@ TEST(Hostile, MeasurementValues) {
   const auto expect_of = [](const NamedMeasurement& sample, Reason reason, auto change) {
     EXPECT_EQ(measurement_with(sample, change), reason);
   };
-  for (const NamedMeasurement& any :
-       {samples::position(), samples::length(), samples::length(MeasurementKind::kOdometry)}) {
+  for (const NamedMeasurement& any : samples::measurements()) {
     expect_of(any, Reason::kNone, [](M&) {});
     expect_of(any, Reason::kMalformedMessage, [](M& m) { m.utime = -1; });
     expect_of(any, Reason::kMalformedMessage, [](M& m) { m.utime2 = 1LL << 60; });
@@ -265,6 +268,54 @@ TEST(Hostile, MeasurementValues) {
   expect_of(length, Reason::kBadMeasurement, [](M& m) { m.utime2 = m.utime; });
   expect_of(length, Reason::kBadMeasurement, [](M& m) { m.value[0] = 0; });
   expect_of(length, Reason::kMalformedMessage, [](M& m) { m.kind = measurement_t::KIND_POSITION; });
+  const NamedMeasurement gravity = samples::gravity(), landmarks = samples::landmarks();
+  expect_of(gravity, Reason::kBadMeasurement, [](M& m) { m.value = {0, 0, 0}; });
+  expect_of(gravity, Reason::kBadMeasurement, [=](M& m) { m.value[2] = nan; });
+  expect_of(gravity, Reason::kBadMeasurementCovariance, [](M& m) { m.covariance[0] = 1.1; });
+  expect_of(landmarks, Reason::kBadMeasurement, [](M& m) { m.map_id = 0; });
+  expect_of(landmarks, Reason::kBadMeasurement, [](M& m) { m.landmark[1] = -1; });
+  expect_of(landmarks, Reason::kBadMeasurement, [](M& m) { m.landmark[0] = m.landmark[1]; });
+  expect_of(landmarks, Reason::kBadMeasurement, [](M& m) { m.value[0] = -1; });
+}
+
+TEST(Hostile, RelativeValues) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto request = [](bool valid, auto change) {
+    relative_request_t message = to_message(samples::relative_request());
+    change(message);
+    EXPECT_EQ(decode_relative_request(encode(message)).ok(), valid);
+  };
+  const auto answer = [](bool valid, auto change) {
+    relative_t message = to_message(samples::relative_answer());
+    change(message);
+    EXPECT_EQ(decode_relative(encode(message)).ok(), valid);
+  };
+  request(true, [](relative_request_t&) {});
+  request(false, [](relative_request_t& m) { m.requester = 0; });
+  request(false, [](relative_request_t& m) { m.camera = "a.b"; });
+  request(false, [](relative_request_t& m) { m.utime = -1; });
+  answer(true, [](relative_t&) {});
+  answer(false, [](relative_t& m) { m.requester = 0; });
+  answer(false, [=](relative_t& m) { m.covariance[35] = nan; });
+  answer(false, [](relative_t& m) { m.quaternion[0] = 2; });
+  // Without an answer nobody looks at what is none.
+  answer(true, [=](relative_t& m) { m.reason = 110, m.covariance[35] = nan; });
+}
+
+TEST(Hostile, EarthValues) {
+  const auto expect = [](bool valid, auto change) {
+    status_t status = samples::status();
+    change(status);
+    EXPECT_EQ(decode_status(encode(status)).ok(), valid);
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect(true, [](status_t&) {});
+  expect(true, [=](status_t& s) { s.earth_covariance[0] = nan; });  // unknown
+  expect(true, [=](status_t& s) { s.earth = 0, s.earth_position[0] = nan; });
+  expect(false, [](status_t& s) { s.earth = 3; });
+  expect(false, [](status_t& s) { s.earth = -1; });
+  expect(false, [=](status_t& s) { s.earth_position[0] = nan; });
+  expect(false, [](status_t& s) { s.earth_quaternion[0] = 0.1; });
 }
 
 // Of a pose and of a status.

@@ -1,8 +1,10 @@
 // What is encoded comes back as it was, to the bit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 
+#include "convert/earth_fields.h"
 #include "messages/samples.h"
 
 namespace eifmap {
@@ -116,18 +118,48 @@ void expect_same(const AbsoluteMeasurement& a, const AbsoluteMeasurement& b) {
   EXPECT_EQ(a.position, b.position);
   EXPECT_EQ(a.covariance, b.covariance);
   EXPECT_EQ(a.lever, b.lever);
+  EXPECT_EQ(a.down, b.down);
+  EXPECT_EQ(a.map_id, b.map_id);
+  EXPECT_EQ(a.landmark, b.landmark);
   EXPECT_EQ(a.length, b.length);
   EXPECT_EQ(a.sigma, b.sigma);
 }
 
 TEST(RoundTrip, Measurement) {
-  for (const NamedMeasurement& measurement :
-       {samples::position(), samples::length(), samples::length(MeasurementKind::kOdometry)}) {
+  for (const NamedMeasurement& measurement : samples::measurements()) {
     const Decoded<NamedMeasurement> decoded = decode_measurement(encode(to_message(measurement)));
     ASSERT_TRUE(decoded.ok()) << decoded.detail;
     EXPECT_EQ(decoded.value.camera, measurement.camera);
     expect_same(decoded.value.measurement, measurement.measurement);
   }
+}
+
+void expect_same(const RelativeRequest& a, const RelativeRequest& b) {
+  EXPECT_EQ(a.requester, b.requester);
+  EXPECT_EQ(a.request_id, b.request_id);
+  EXPECT_EQ(a.camera, b.camera);
+  EXPECT_EQ(a.map_id, b.map_id);
+  EXPECT_EQ(a.a, b.a);
+  EXPECT_EQ(a.b, b.b);
+}
+
+TEST(RoundTrip, RelativeRequestAndAnswer) {
+  const RelativeRequest request = samples::relative_request();
+  const auto asked = decode_relative_request(encode(to_message(request)));
+  ASSERT_TRUE(asked.ok()) << asked.detail;
+  EXPECT_EQ(asked.value.time_us, request.time_us);
+  expect_same(asked.value, request);
+  const RelativeAnswer answer = samples::relative_answer();
+  const auto answered = decode_relative(encode(to_message(answer)));
+  ASSERT_TRUE(answered.ok()) << answered.detail;
+  expect_same(answered.value.request, answer.request);
+  EXPECT_EQ(answered.value.time_us, answer.time_us);
+  EXPECT_EQ(answered.value.origin.server_epoch, 42);
+  EXPECT_EQ(answered.value.map_epoch, answer.map_epoch);
+  EXPECT_EQ(answered.value.map_seq, answer.map_seq);
+  EXPECT_EQ(answered.value.reason, Reason::kNone);
+  expect_same_pose(answered.value.view.a_from_b, answer.view.a_from_b);
+  EXPECT_EQ(answered.value.view.covariance, answer.view.covariance);
 }
 
 TEST(RoundTrip, AnySigmaToTheBit) {
@@ -145,6 +177,16 @@ TEST(RoundTrip, Status) {
   ASSERT_TRUE(decoded.ok()) << decoded.detail;
   EXPECT_EQ(decoded.value.message, status.message);
   EXPECT_EQ(decoded.value.diagnostics[0].value, "12");
+  const EarthState earth = read_earth(decoded.value);
+  EXPECT_EQ(earth.status, EarthStatus::kPlaced);
+  EXPECT_EQ(earth.earth_from_map.translation, Eigen::Vector3d(0, -12.5, 0));
+  EXPECT_EQ(earth.earth_from_map.rotation.y(), 0.8);
+  EXPECT_EQ(earth.covariance(1, 2), 8);
+  status_t again{};
+  write_earth(earth, again);
+  EXPECT_TRUE(std::equal(std::begin(again.earth_covariance), std::end(again.earth_covariance),
+                         std::begin(status.earth_covariance)));
+  EXPECT_EQ(again.earth, status.earth);
 }
 
 TEST(RoundTrip, MapPart) {

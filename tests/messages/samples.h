@@ -10,6 +10,7 @@
 #include "convert/map_message.h"
 #include "convert/measurement_message.h"
 #include "convert/pose_message.h"
+#include "convert/relative_message.h"
 #include "convert/status_message.h"
 
 namespace eifmap::samples {
@@ -93,6 +94,22 @@ inline PublishedDecision published_decision() {
           {1'700'000'000'000'002, -99, 4, 12, -1234567890123456789, {{-5, 7}, {3, 0}}}};
 }
 
+inline RelativeRequest relative_request() {
+  return {1'700'000'000'000'005, -9, 4, "cam0", 2, 17, 3};
+}
+
+inline RelativeAnswer relative_answer() {
+  RelativeAnswer sample;
+  sample.request = relative_request();
+  sample.time_us = sample.request.time_us + 7;
+  sample.origin = {42, "cam0"};
+  sample.map_epoch = 1;
+  sample.map_seq = 99;
+  sample.view.a_from_b = {{0.6, 0, -0.8, 0}, {1.0 / 3, -2, 1e-9}};
+  for (int i = 0; i < 36; ++i) sample.view.covariance(i / 6, i % 6) = 1.0 / (i + 1);
+  return sample;
+}
+
 inline NamedMeasurement position() {
   NamedMeasurement sample{"cam0", {}};
   AbsoluteMeasurement& m = sample.measurement;
@@ -114,6 +131,29 @@ inline NamedMeasurement length(MeasurementKind kind = MeasurementKind::kDistance
   m.length = 31.7;
   m.sigma = 0.1;
   return sample;
+}
+
+inline NamedMeasurement gravity() {
+  NamedMeasurement sample{"cam0", {}};
+  AbsoluteMeasurement& m = sample.measurement;
+  m.id = {78, 1};
+  m.kind = MeasurementKind::kGravity;
+  m.time_us = 1'700'000'000'000'004;
+  m.down = {0.2, 9.79, -0.4};
+  m.sigma = 0.01;
+  return sample;
+}
+
+inline NamedMeasurement landmarks() {
+  NamedMeasurement sample = length(MeasurementKind::kLandmarks);
+  sample.measurement.until_us = 0;
+  sample.measurement.map_id = 3;
+  sample.measurement.landmark = {1234567890123, 0};
+  return sample;
+}
+
+inline std::vector<NamedMeasurement> measurements() {
+  return {position(), length(), length(MeasurementKind::kOdometry), gravity(), landmarks()};
 }
 
 inline MapUpdate map_update(int keyframes, int landmarks, std::int64_t base_seq,
@@ -143,6 +183,11 @@ inline MapUpdate map_update(int keyframes, int landmarks, std::int64_t base_seq,
 inline status_t status() {
   status_t s{};
   s.metres_per_unit = 1;
+  s.earth = status_t::EARTH_PLACED;
+  s.earth_position[1] = -12.5;
+  s.earth_quaternion[0] = 0.6;
+  s.earth_quaternion[2] = 0.8;
+  for (int i = 0; i < 36; ++i) s.earth_covariance[i] = i;
   s.utime = s.start_utime = 1'700'000'000'000'000;
   s.name = "eifmap-server";
   s.version = "0.1.0";

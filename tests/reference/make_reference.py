@@ -28,6 +28,8 @@ CHANNELS = """
 | `eifmap.CAMERA.map` | map_part_t | the server, one or more a keyframe |
 | `eifmap.CAMERA.decision` | decision_t | the server, one a pose: what a replay needs |
 | `eifmap.CAMERA.status` | status_t | the server, every second and on every change |
+| `eifmap.CAMERA.relative_request` | relative_request_t | who wants two keyframes to each other, with their covariance |
+| `eifmap.CAMERA.relative` | relative_t | the server, one a request |
 
 CAMERA is 1 to 24 characters of `A-Z a-z 0-9 _ -`. Numbers of all types are as LCM encodes them. The
 schemas are the contract: a change of one changes its fingerprint, and old and new programs do not

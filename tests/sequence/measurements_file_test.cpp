@@ -27,17 +27,28 @@ class MeasurementsFileTest : public testing::Test {
 };
 
 TEST_F(MeasurementsFileTest, ReadsEveryKindInTheOrderOfUse) {
-  const MeasurementsFile file =
-      read(R"({"kind": "distance", "utime": 1, "utime2": 9, "length": 30, "sigma": 0.1})"
-           "\n" +
-           kGood +
-           R"({"kind": "odometry", "utime": 2, "utime2": 7, "length": 3, "sigma": 0.2})"
-           "\n"
-           R"({"kind": "position", "utime": 6, "position": [1, 2, 3], "lever": [0, 0, 1],)"
-           R"( "covariance": [4, 0, 0, 0, 5, 0, 0, 0, 6]})"
-           "\n");
+  const MeasurementsFile file = read(
+      R"({"kind": "distance", "utime": 1, "utime2": 9, "length": 30, "sigma": 0.1})"
+      "\n" +
+      kGood +
+      R"({"kind": "odometry", "utime": 2, "utime2": 7, "length": 3, "sigma": 0.2})"
+      "\n"
+      R"({"kind": "position", "utime": 6, "position": [1, 2, 3], "lever": [0, 0, 1],)"
+      R"( "covariance": [4, 0, 0, 0, 5, 0, 0, 0, 6]})"
+      "\n"
+      R"({"kind": "gravity", "utime": 10, "down": [0, 9.8, 1], "sigma": 0.02})"
+      "\n"
+      R"({"kind": "landmarks", "utime": 11, "map": 1, "a": 7, "b": 0, "length": 2, "sigma": 1})"
+      "\n");
   ASSERT_EQ(file.problem, "");
-  ASSERT_EQ(file.measurements.size(), 4u);
+  ASSERT_EQ(file.measurements.size(), 6u);
+  EXPECT_EQ(file.measurements[4].kind, MeasurementKind::kGravity);
+  EXPECT_EQ(file.measurements[4].down, Eigen::Vector3d(0, 9.8, 1));
+  EXPECT_EQ(file.measurements[4].sigma, 0.02);
+  EXPECT_EQ(file.measurements[5].kind, MeasurementKind::kLandmarks);
+  EXPECT_EQ(file.measurements[5].map_id, 1);
+  EXPECT_EQ(file.measurements[5].landmark, (std::array<std::int64_t, 2>{7, 0}));
+  EXPECT_EQ(file.measurements[5].length, 2);
   EXPECT_EQ(file.measurements[0].kind, MeasurementKind::kPosition);
   EXPECT_EQ(file.measurements[0].position, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(file.measurements[0].covariance(1, 1), 0.25);
@@ -62,9 +73,27 @@ TEST_F(MeasurementsFileTest, WhatIsWrittenIsReadBackToTheBit) {
   distance.until_us = 9;
   distance.length = 1.0 / 7;
   distance.sigma = 0.1 / 3;
-  const MeasurementsFile file = read(line_of(position) + "\n" + line_of(distance) + "\n");
+  AbsoluteMeasurement gravity, landmarks = distance;
+  gravity.id = {5, 1};
+  gravity.kind = MeasurementKind::kGravity;
+  gravity.time_us = 10;
+  gravity.down = {1.0 / 3, -9.8, 1e-9};
+  gravity.sigma = 0.01 / 3;
+  landmarks.id = {5, 2};
+  landmarks.kind = MeasurementKind::kLandmarks;
+  landmarks.time_us = 11;
+  landmarks.until_us = 0;
+  landmarks.map_id = 2;
+  landmarks.landmark = {5'000'000'000, 3};
+  const MeasurementsFile file = read(line_of(position) + "\n" + line_of(distance) + "\n" +
+                                     line_of(gravity) + "\n" + line_of(landmarks) + "\n");
   ASSERT_EQ(file.problem, "");
-  ASSERT_EQ(file.measurements.size(), 2u);
+  ASSERT_EQ(file.measurements.size(), 4u);
+  EXPECT_EQ(file.measurements[2].down, gravity.down);
+  EXPECT_EQ(file.measurements[2].sigma, gravity.sigma);
+  EXPECT_EQ(file.measurements[3].map_id, 2);
+  EXPECT_EQ(file.measurements[3].landmark, landmarks.landmark);
+  EXPECT_EQ(file.measurements[3].length, landmarks.length);
   const AbsoluteMeasurement &a = file.measurements[0], &b = file.measurements[1];
   EXPECT_EQ(a.id, position.id);
   EXPECT_EQ(a.position, position.position);
@@ -88,7 +117,16 @@ TEST_F(MeasurementsFileTest, EachHasAName) {
 
 TEST_F(MeasurementsFileTest, SaysWhichLineIsWrongAndWhy) {
   expect_problem("{", "no JSON object");
-  expect_problem(R"({"kind": "gravity", "utime": 1})", "wanted position");
+  expect_problem(R"({"kind": "wind", "utime": 1})", "wanted position");
+  expect_problem(R"({"kind": "gravity", "utime": 1, "down": [0, 0, 0], "sigma": 1})", "not finite");
+  expect_problem(R"({"kind": "gravity", "utime": 1, "down": [0, 1, 0], "sigma": 2})",
+                 "at most 1 rad");
+  expect_problem(R"({"kind": "landmarks", "utime": 1, "map": 0, "a": 1, "b": 2, "length": 1,)"
+                 R"( "sigma": 1})",
+                 "name no map");
+  expect_problem(R"({"kind": "landmarks", "utime": 1, "map": 1, "a": 2, "b": 2, "length": 1,)"
+                 R"( "sigma": 1})",
+                 "two landmarks");
   expect_problem(R"({"kind": "position", "utime": 1.5, "position": [1, 2, 3], "sigma": 1})",
                  "\"utime\" is no whole number");
   expect_problem(R"({"kind": "position", "utime": 1, "position": [1, 2], "sigma": 1})",

@@ -13,6 +13,7 @@
 #include "convert/feature_message.h"
 #include "convert/map_assembler.h"
 #include "convert/measurement_message.h"
+#include "convert/relative_message.h"
 #include "convert/status_message.h"
 #include "decision.h"
 #include "support/feature_world.h"
@@ -40,6 +41,11 @@ class Network {
       EXPECT_TRUE(part.ok()) << part.detail;
       map.add(part.value);
     });
+    listen(ChannelKind::kRelative, [this](Bytes bytes) {
+      const Decoded<RelativeAnswer> answer = decode_relative(bytes);
+      EXPECT_TRUE(answer.ok()) << answer.detail;
+      answers.push_back(answer.value);
+    });
     listen(ChannelKind::kStatus, [this](Bytes bytes) {
       const Decoded<status_t> status = decode_status(bytes);
       EXPECT_TRUE(status.ok()) << status.detail;
@@ -49,8 +55,8 @@ class Network {
     });
     server.emplace(config, bus_);
     // Subscribed after the server, so handed out after it: what is counted, the server has.
-    listener_.subscribe("eifmap\\..*\\.(calibration|image|features|measurement)", 0,
-                        [this](const std::string&, Bytes) { ++handed_out_; });
+    listener_.subscribe("eifmap\\..*\\.(calibration|image|features|measurement|relative_request)",
+                        0, [this](const std::string&, Bytes) { ++handed_out_; });
     dispatcher_ = std::thread([this] {
       while (!done_) bus_.receive(10ms);
     });
@@ -93,6 +99,7 @@ class Network {
   std::optional<MappingServer> server;
   std::vector<FrameResult> poses;
   MapAssembler map;
+  std::vector<RelativeAnswer> answers;
   std::vector<status_t> statuses;
   std::atomic<int> status_count = 0, pose_count = 0;
 
@@ -439,6 +446,43 @@ TEST(MappingServer, StatusComesWithoutAnyInput) {
   EXPECT_GE(network.statuses.size(), 3u);
   EXPECT_EQ(network.statuses.front().state, status_t::STATE_WAITING);
   EXPECT_NE(network.statuses.front().hint, "");
+}
+
+// One that asks for what is not there is told so, one that cannot be read is counted.
+TEST(MappingServer, AnswersWhereAKeyframeIsSeenFromAnother) {
+  constexpr int kFrames = 40;
+  const SyntheticStream stream;
+  Network network(lossless());
+  network.publish(synthetic_camera());
+  const auto ask = [&](std::int64_t id, std::int64_t map_id, std::int64_t a, std::int64_t b) {
+    network.publish({"cam0", ChannelKind::kRelativeRequest},
+                    encode(to_message(RelativeRequest{1, 77, id, "cam0", map_id, a, b})));
+  };
+  ask(0, 1, 0, 1);  // before there is a map
+  for (int i = 0; i < kFrames; ++i) network.publish(stream.frame(i));
+  network.settle();
+  ask(1, 1, 0, 2);
+  ask(2, 1, 0, 1000);
+  ask(3, 2, 0, 2);
+  network.publish({"cam0", ChannelKind::kRelativeRequest}, std::vector<std::uint8_t>{1, 2, 3});
+  network.settle();
+  network.finish();
+
+  Mapper mapper(synthetic_camera(), {});
+  for (int i = 0; i < kFrames; ++i) mapper.process(stream.frame(i));
+  const auto expected = mapper.relative_pose(0, 2);
+  ASSERT_TRUE(expected);
+  ASSERT_EQ(network.answers.size(), 4u);
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_EQ(network.answers[k].request.requester, 77);
+    EXPECT_EQ(network.answers[k].request.request_id, k);
+    EXPECT_EQ(network.answers[k].reason, k == 1 ? Reason::kNone : Reason::kKeyframeUnknown) << k;
+  }
+  const RelativeAnswer& answer = network.answers[1];
+  EXPECT_EQ(answer.view.a_from_b.translation, expected->a_from_b.translation);
+  EXPECT_EQ(answer.view.covariance, expected->covariance);
+  EXPECT_EQ(answer.map_seq, network.map.map().seq);
+  EXPECT_GE(network.statuses.back().bad_messages, 1);
 }
 
 }  // namespace

@@ -47,6 +47,12 @@ inline Dense dense_system(const InformationFilter& filter) {
   if (blocks.has_earth())  // the prior of its orientation
     dense.information.diagonal().segment<3>(6 * blocks.earth()).array() +=
         1 / std::pow(kEarthPrior, 2);
+  if (const Eigen::Vector3d& up = filter.held_up(); !up.isZero(0)) {  // and what is by definition
+    const double weight = std::pow(kByDefinition, -2);
+    dense.information.block<3, 3>(6 * blocks.earth(), 6 * blocks.earth()) +=
+        weight * up * up.transpose();
+    dense.information.diagonal().segment<3>(6 * blocks.earth() + 3).array() += weight;
+  }
   for (const FilterAbsolute& absolute : filter.absolutes()) {
     for (const auto* rows : {&absolute.frozen, &absolute.now}) {
       Eigen::MatrixXd h = Eigen::MatrixXd::Zero(3, size);

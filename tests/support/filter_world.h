@@ -23,6 +23,7 @@ struct FilterWorld {
   std::vector<Rigid3> poses;            // true
   std::vector<Eigen::Vector3d> points;  // true
   InformationFilter filter;
+  std::vector<int> point_of = {};  // by landmark
 };
 
 inline FilterWorld make_filter_world(const FilterWorldOptions& o,
@@ -46,7 +47,8 @@ inline FilterWorld make_filter_world(const FilterWorldOptions& o,
     const double error = p < 2 ? 0 : o.start_error;
     world.filter.add_pose(retract(world.poses[p], noise3(0.3 * error), noise3(error)));
   }
-  for (const Eigen::Vector3d& point : world.points) {
+  for (std::size_t k = 0; k < world.points.size(); ++k) {
+    const Eigen::Vector3d& point = world.points[k];
     std::vector<std::pair<int, Eigen::Vector2d>> seen;
     for (int p = 0; p < o.num_poses; ++p) {
       Eigen::Vector2d x;
@@ -57,6 +59,7 @@ inline FilterWorld make_filter_world(const FilterWorldOptions& o,
     if (seen.size() < 3) continue;
     const int landmark =
         world.filter.add_landmark(point + noise3(5 * o.start_error), Eigen::Matrix3d::Zero());
+    world.point_of.push_back(static_cast<int>(k));
     for (const auto& [p, x] : seen)
       world.filter.add_measurement(landmark, p, x, o.noise_px * o.pixel);
   }
