@@ -24,7 +24,8 @@ bool agrees_already(const Map& map, const LoopFit& fit, const MapperOptions& opt
 }
 
 // To the mean from a start that is far from it for an update, which would throw out what does not
-// fit yet, and keep what happens to agree with where the map was. False where it does not get nearer.
+// fit yet, and keep what happens to agree with where the map was. False where it does not get
+// nearer.
 bool settle(Map& map) {
   constexpr int kSteps = 8;
   constexpr double kNear = 1;  // squared sigmas
@@ -68,9 +69,7 @@ Reason bend_and_join(Map& map, const LoopFit& fit, const MapperOptions& options,
 LoopOutcome close_loop(Map& map, int newest, LoopSearch& search, const MapperOptions& options) {
   LoopOutcome outcome;
   outcome.newest = newest;
-  const std::vector<int> places =
-      places_by_position(map, newest, may_close(map, newest, options.loop), search.turn(),
-                         options.loop.max_candidates);
+  const std::vector<int> places = likely_places(map, newest, search.turn(), options.loop);
   const std::optional<int> old = search.look(map, newest, places, options);
   if (!old) return outcome;
   outcome.found = true;
