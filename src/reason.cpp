@@ -38,7 +38,7 @@ constexpr std::array kTexts{
                "move back to where tracking last worked"},
     ReasonText{Reason::kNotRelocalized, "NOT_RELOCALIZED",
                "no mapped place is recognized in this image",
-               "move back to where tracking last worked"},
+               "move back to any place that is mapped"},
     ReasonText{Reason::kFilterFailed, "FILTER_FAILED",
                "the information matrix could not be factored", "report this with the log"},
     ReasonText{Reason::kAmbiguousPlace, "AMBIGUOUS_PLACE",

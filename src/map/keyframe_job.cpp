@@ -27,6 +27,7 @@ void KeyframeJob::run() {
   if (work.insertion.reason != Reason::kNone) return;
   if (work.options.loop.enabled)
     work.loop = close_loop(*work.after, work.insertion.keyframe, work.loop_search, work.options);
+  if (work.loop.closed()) judge_scale(*work.after, work.options.measurement);
   work.calibration->look_at(*work.after);
   if (work.news && work.after->epoch() != epoch) work.news->begin_anew();
   if (work.news) work.update = work.news->since_last(*work.after);

@@ -177,7 +177,8 @@ void Map::remove_track(int track) {
   for (const Sight& s : t.sights) keyframes_.write(s.keyframe).track[s.keypoint] = kNoTrack;
   t.sights.clear();
   if (!t.is_landmark()) return;
-  scale_.counts.kinds[MeasurementKind::kLandmarks].dropped += filter_.num_distances(t.landmark);
+  if (const int distances = filter_.num_distances(t.landmark); distances > 0)
+    scale_.counts.kinds[MeasurementKind::kLandmarks].dropped += distances;
   filter_.remove_landmark(t.landmark);
   t.landmark = -1;
   --num_landmarks_;

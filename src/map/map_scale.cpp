@@ -274,9 +274,13 @@ Reason fix_scale(Map& map, const MeasurementOptions& options) {
       enter_positions(map, *alignment);
       if (const Reason reason = map.update().reason; reason != Reason::kNone) return reason;
     }
-  if (is_metric()) set_sigmas(map, options);
-  set_earth(map);
+  judge_scale(map, options);
   return Reason::kNone;
+}
+
+void judge_scale(Map& map, const MeasurementOptions& options) {
+  if (map.scale().state.status == ScaleStatus::kFixed) set_sigmas(map, options);
+  set_earth(map);
 }
 
 }  // namespace eifmap

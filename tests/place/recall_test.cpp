@@ -40,6 +40,7 @@ Recall recall_of(const PlaceIndex& index, const std::vector<std::pair<int, Featu
   return recall;
 }
 
+// Every 12th image is known, those in between are asked for. Measured: 1 and 1.
 TEST(PlaceRecall, OfACourtyard) {
   const SimulatedWorld world;
   PlaceIndex index;
