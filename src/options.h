@@ -171,7 +171,7 @@ struct LoopOptions {
   // images beyond their sigmas.
   double drift_factor = 3;
   double drift_share = 0.01;  // and so much of the way between the passes, as a calibration may be
-  int max_compared = 100;     // keyframes elsewhere that must not explain the image as well
+  int max_compared = 100;  // keyframes elsewhere, the most alike, that must not explain the image
 };
 
 // The Laplacian sign whose features make the map (Omega_m); the other's (Omega_p) give relative

@@ -23,8 +23,9 @@ bool agrees_already(const Map& map, const LoopFit& fit, const MapperOptions& opt
          std::abs(std::log(fit.world_from_newest.scale)) <= kOfScale;
 }
 
-// To the mean from a start that is far from it for an update: without throwing out what does not
-// fit yet. False where it does not get nearer.
+// To the mean from a start that is far from it for an update, which would throw out what does not
+// fit yet, and keep what happens to agree with where the map was. False where it does not get
+// nearer.
 bool settle(Map& map) {
   constexpr int kSteps = 8;
   constexpr double kNear = 1;  // squared sigmas
@@ -57,8 +58,9 @@ Reason bend_and_join(Map& map, const LoopFit& fit, const MapperOptions& options,
     outcome.growth = map.bend(graph.nodes);
   }
   outcome.joined = join_sights(map, fit.newest, fit.sights);
-  if (!outcome.growth.empty() && !settle(map)) return Reason::kLoopNotConfirmed;
+  if (!settle(map)) return Reason::kLoopNotConfirmed;
   outcome.joined += join_passes(map, here, there, options);
+  if (!settle(map)) return Reason::kLoopNotConfirmed;
   return map.update().reason == Reason::kNone ? Reason::kNone : Reason::kLoopNotConfirmed;
 }
 
@@ -67,9 +69,7 @@ Reason bend_and_join(Map& map, const LoopFit& fit, const MapperOptions& options,
 LoopOutcome close_loop(Map& map, int newest, LoopSearch& search, const MapperOptions& options) {
   LoopOutcome outcome;
   outcome.newest = newest;
-  const std::vector<int> places =
-      places_by_position(map, newest, may_close(map, newest, options.loop), search.turn(),
-                         options.loop.max_candidates);
+  const std::vector<int> places = likely_places(map, newest, search.turn(), options.loop);
   const std::optional<int> old = search.look(map, newest, places, options);
   if (!old) return outcome;
   outcome.found = true;

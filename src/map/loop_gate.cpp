@@ -97,6 +97,19 @@ bool scale_drift_variance(const Map& map, int old, int newest, double& variance)
   return true;
 }
 
+// By the index of places; before that is ready, all over the map.
+std::vector<int> most_alike(const Map& map, int newest, const std::vector<char>& allowed,
+                            int count) {
+  if (map.places().ready()) return places_by_look(map, newest, allowed, count);
+  std::vector<int> all, some;
+  for (int k = 0; k < map.num_keyframes(); ++k)
+    if (allowed[k]) all.push_back(k);
+  const auto most = static_cast<std::size_t>(count);
+  const std::size_t step = std::max<std::size_t>(1, (all.size() + most - 1) / most);
+  for (std::size_t i = 0; i < all.size(); i += step) some.push_back(all[i]);
+  return some;
+}
+
 double way_between(const Map& map, int from, int to) {
   double length = 0;
   for (int k = from, last = from; k <= to; ++k) {
@@ -176,18 +189,14 @@ void check_possible(const Map& map, const LoopOptions& options, LoopFit& fit) {
 
 void check_only_place(const Map& map, const MapperOptions& options, LoopFit& fit) {
   const std::vector<int> of_place = map.num_shared(fit.old);
-  const std::vector<char> allowed = may_close(map, fit.newest, options.loop);
-  std::vector<int> others;
+  std::vector<char> elsewhere = may_close(map, fit.newest, options.loop);
   for (int k = 0; k < map.num_keyframes(); ++k)
-    if (allowed[k] && of_place[k] == 0 && k != fit.old) others.push_back(k);
-  const auto most = static_cast<std::size_t>(options.loop.max_compared);
-  const std::size_t step = std::max<std::size_t>(1, (others.size() + most - 1) / most);
+    if (of_place[k] > 0 || k == fit.old) elsewhere[k] = 0;
   const ObservedFrame& observed = map.keyframe(fit.newest).observed();
   const LastMotion unknown;
   const PoseSearch search(map, observed, unknown, options);
   const int agree = static_cast<int>(fit.sights.size());
-  for (std::size_t i = static_cast<std::size_t>(fit.newest) % step; i < others.size(); i += step) {
-    const int k = others[i];
+  for (const int k : most_alike(map, fit.newest, elsewhere, options.loop.max_compared)) {
     const std::vector<LandmarkSight> matched =
         landmarks_among(map, k, match_omega_m(map.keyframe(k).observed(), observed, options.match));
     if (static_cast<int>(matched.size()) < options.loop.min_matches) continue;

@@ -46,6 +46,27 @@ std::vector<char> may_close(const Map& map, int newest, const LoopOptions& optio
   return allowed;
 }
 
+std::vector<int> places_by_look(const Map& map, int newest, const std::vector<char>& allowed,
+                                int count) {
+  std::vector<int> places;
+  for (const PlaceScore& place :
+       map.places().query(map.keyframe(newest).observed().frame, map.places().size())) {
+    if (static_cast<int>(places.size()) >= count) break;
+    if (allowed[static_cast<std::size_t>(place.id)]) places.push_back(place.id);
+  }
+  return places;
+}
+
+std::vector<int> likely_places(const Map& map, int newest, int turn, const LoopOptions& options) {
+  const std::vector<char> allowed = may_close(map, newest, options);
+  const int count = options.max_candidates;
+  std::vector<int> places = places_by_look(map, newest, allowed, (count + 1) / 2);
+  const int left = count - static_cast<int>(places.size());
+  for (const int k : places_by_position(map, newest, allowed, turn, left))
+    if (!contains(places, k)) places.push_back(k);
+  return places;
+}
+
 std::vector<int> places_by_position(const Map& map, int newest, const std::vector<char>& allowed,
                                     int turn, int count) {
   constexpr double kAlike = 0.5;  // cosine of the angle between the optical axes
@@ -70,6 +91,7 @@ std::vector<int> places_by_position(const Map& map, int newest, const std::vecto
       places.push_back(from[std::min(at, from.size() - 1)]);
     }
   };
+  if (count < 1) return places;
   take(near, static_cast<std::size_t>(std::max(1, count - 1)));
   take(others, static_cast<std::size_t>(count) - std::min<std::size_t>(count, places.size()));
   return places;

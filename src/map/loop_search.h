@@ -14,11 +14,19 @@ namespace eifmap {
 // seeing nothing that `newest` or a keyframe around it sees.
 std::vector<char> may_close(const Map& map, int newest, const LoopOptions& options);
 
-// Keyframes that may show what `newest` shows, where no index of places says it: those that look
-// the same way and are as near as the map may be off, and one of all others. So few of them that
-// they take several keyframes to be gone through: `turn` counts those.
+// Of those, the keyframes that look most like `newest` (the index of places), best first; none
+// before the index is ready. At most `count`.
+std::vector<int> places_by_look(const Map& map, int newest, const std::vector<char>& allowed,
+                                int count);
+
+// Of those, the keyframes that may show what `newest` shows by where they are: such as look the
+// same way and are as near as the map may be off, and one of all others. So few of them that they
+// take several keyframes to be gone through: `turn` counts those.
 std::vector<int> places_by_position(const Map& map, int newest, const std::vector<char>& allowed,
                                     int turn, int count);
+
+// Half by their looks, half by where they are: neither misses what the other one does.
+std::vector<int> likely_places(const Map& map, int newest, int turn, const LoopOptions& options);
 
 // Remembers what the keyframes before have found: a place must be seen again by several in a row.
 class LoopSearch {
