@@ -158,15 +158,6 @@ bool InformationFilter::knows_landmarks(const AbsoluteObservation& observation) 
   });
 }
 
-int InformationFilter::num_distances(int landmark) const {
-  return static_cast<int>(
-      std::count_if(absolutes_.begin(), absolutes_.end(), [landmark](const FilterAbsolute& a) {
-        const std::array<int, 2>& of = a.observation.landmarks;
-        return a.observation.kind == AbsoluteObservation::Kind::kLandmarks &&
-               (of[0] == landmark || of[1] == landmark);
-      }));
-}
-
 // What a landmark's own sights leave open is the same error in all of its distances, and so counts
 // in each as often as there are such: together they never say more than they do.
 AbsoluteRows InformationFilter::rows_of(const AbsoluteObservation& observation,

@@ -186,6 +186,12 @@ bool InformationFilter::has_absolute(AbsoluteObservation::Kind kind) const {
   });
 }
 
+int InformationFilter::num_distances(int landmark) const {
+  return static_cast<int>(
+      std::count_if(absolutes_.begin(), absolutes_.end(),
+                    [landmark](const FilterAbsolute& a) { return is_between(a, landmark); }));
+}
+
 bool InformationFilter::add_edge(int i, int j, const RelativePose& pose) {
   if (i == j || std::min(i, j) < 0 || std::max(i, j) >= num_poses() || is_removed(i) ||
       is_removed(j))
@@ -224,10 +230,14 @@ void InformationFilter::drop_sights(const std::vector<int>& landmarks, double ga
                                     FilterUpdate& update) {
   for (int l : landmarks) {
     const auto is_off = [&](const PointMeasurement& m) { return !(error(l, m) <= gate); };
-    if (must_stay(l, is_off)) continue;
+    const std::size_t before = update.dropped.size();
     for (const PointMeasurement& m : landmarks_[l].measurements)
       if (is_off(m)) update.dropped.push_back({l, m.pose});
-    remove_measurements(l, is_off);
+    if (update.dropped.size() == before) continue;  // as of most: nothing is looked at twice
+    if (must_stay(l, is_off))
+      update.dropped.resize(before);
+    else
+      remove_measurements(l, is_off);
   }
 }
 

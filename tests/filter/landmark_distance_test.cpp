@@ -225,6 +225,31 @@ TEST(LandmarkDistance, FollowsWhatItsLandmarksAreSeenFrom) {
   EXPECT_TRUE(filter.absolutes().empty());
 }
 
+// The scale may rest on it: sights that do not fit cost another landmark, not a measured one.
+TEST(LandmarkDistance, IsNotLostWithSightsThatDoNotFit) {
+  Measured measured(6);
+  InformationFilter& filter = measured.world.filter;
+  const auto [a, b] = a_pair(filter);
+  const int other = a_pair(filter, 1)[0];
+  ASSERT_EQ(measured.add(a, b, measured.true_distance(a, b), 0.05), Reason::kNone);
+  ASSERT_EQ(filter.update().reason, Reason::kNone);
+  // Two sights are left to each, which no place explains.
+  for (const int landmark : {a, other}) {
+    const std::vector<PointMeasurement> sights = filter.landmark(landmark).measurements;
+    for (std::size_t k = 2; k < sights.size(); ++k)
+      filter.remove_measurement(landmark, sights[k].pose);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Eigen::Vector2d off(0, k == 0 ? 0.1 : -0.1);
+      filter.remove_measurement(landmark, sights[k].pose);
+      filter.add_measurement(landmark, sights[k].pose, sights[k].x + off, sights[k].sigma);
+    }
+  }
+  filter.update();
+  EXPECT_LT(filter.landmark(other).measurements.size(), 2u) << "else this shows nothing";
+  EXPECT_EQ(filter.landmark(a).measurements.size(), 2u);
+  EXPECT_EQ(filter.absolutes().size(), 1u);
+}
+
 TEST(LandmarkDistance, WhatIsWrongIsRefused) {
   Measured measured(5);
   InformationFilter& filter = measured.world.filter;
