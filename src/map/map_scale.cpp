@@ -245,14 +245,17 @@ bool is_spare(const Map& map, int keyframe) {
   for (int t : map.measured_tracks())
     for (const Sight& sight : map.track(t).sights)
       if (sight.keyframe == keyframe && map.track(t).sights.size() <= kFewSights) return false;
+  const bool is_level = filter.has_absolute(keyframe, Kind::kDown);
+  const bool is_placed = filter.has_absolute(keyframe, Kind::kPosition);
+  if (!is_level && !is_placed) return true;  // asked of many keyframes: before what takes long
   const std::vector<int> around = map.covisible(keyframe, kAround);
   const auto is_elsewhere = [&](Kind kind) {
     return std::any_of(around.begin(), around.end(), [&](int other) {
       return other != keyframe && filter.has_absolute(other, kind);
     });
   };
-  if (filter.has_absolute(keyframe, Kind::kDown) && !is_elsewhere(Kind::kDown)) return false;
-  if (!filter.has_absolute(keyframe, Kind::kPosition)) return true;
+  if (is_level && !is_elsewhere(Kind::kDown)) return false;
+  if (!is_placed) return true;
   return map.scale().state.sigma <= kSureScale && is_elsewhere(Kind::kPosition);
 }
 
