@@ -24,7 +24,7 @@ void Inbox::put(const Channel& channel, Bytes bytes, bool may_wait) {
     counts_.foreign += is_frame(channel) ? 1 : 0;
     return;
   }
-  if (mode_ == InputMode::kNewest && !each_counts(channel)) {
+  if (mode_ == InputMode::kNewest && !each_counts(channel.kind)) {
     const std::int64_t replaced = remove([&](const Channel& waiting) {
       return waiting == channel ||
              (is_frame(waiting) && is_frame(channel) && waiting.camera == channel.camera);

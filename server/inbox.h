@@ -32,6 +32,11 @@ class Inbox {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
 
+  // Replaces nothing of its kind.
+  static bool each_counts(ChannelKind kind) {
+    return kind == ChannelKind::kMeasurement || kind == ChannelKind::kRelativeRequest;
+  }
+
   struct Counts {
     std::int64_t frames = 0;                // that arrived, of the selected camera
     std::int64_t dropped = 0;               // of them, replaced by a newer one
@@ -64,11 +69,6 @@ class Inbox {
  private:
   static bool is_frame(const Channel& channel) {
     return channel.kind == ChannelKind::kImage || channel.kind == ChannelKind::kFeatures;
-  }
-  // Replaces nothing of its kind.
-  static bool each_counts(const Channel& channel) {
-    return channel.kind == ChannelKind::kMeasurement ||
-           channel.kind == ChannelKind::kRelativeRequest;
   }
   bool is_foreign(const Channel& channel) const {
     return !camera_.empty() && channel.camera != camera_;

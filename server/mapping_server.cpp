@@ -53,9 +53,8 @@ MappingServer::~MappingServer() {
 void MappingServer::subscribe(const ServerConfig& config) {
   const int max_queued = config.input == InputMode::kLossless ? kQueuedLossless : kQueuedNewest;
   const auto queued = [max_queued](ChannelKind kind) {
-    const bool each_counts = kind == ChannelKind::kFeatures || kind == ChannelKind::kMeasurement ||
-                             kind == ChannelKind::kRelativeRequest;
-    return each_counts ? kQueuedLossless : max_queued;
+    return kind == ChannelKind::kFeatures || Inbox::each_counts(kind) ? kQueuedLossless
+                                                                      : max_queued;
   };
   for (const ChannelKind kind :
        {ChannelKind::kCalibration, ChannelKind::kImage, ChannelKind::kFeatures,

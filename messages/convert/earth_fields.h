@@ -1,7 +1,6 @@
 // earth and earth_* of the wire <-> EarthState.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 
 #include "absolute_measurement.h"
@@ -13,8 +12,7 @@ template <class Message>
 void write_earth(const EarthState& state, Message& message) {
   message.earth = static_cast<std::int8_t>(state.status);
   write_pose(state.earth_from_map, message.earth_position, message.earth_quaternion);
-  const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> rows = state.covariance;
-  std::copy_n(rows.data(), rows.size(), message.earth_covariance);
+  write_covariance(state.covariance, message.earth_covariance);
 }
 
 template <class Message>
@@ -22,7 +20,7 @@ EarthState read_earth(const Message& message) {
   EarthState state;
   state.status = static_cast<EarthStatus>(message.earth);
   state.earth_from_map = read_pose(message.earth_position, message.earth_quaternion);
-  state.covariance = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>::Map(message.earth_covariance);
+  state.covariance = read_covariance(message.earth_covariance);
   return state;
 }
 

@@ -1,4 +1,4 @@
-// position[3] and quaternion[4] (w x y z) of the wire <-> Rigid3.
+// position[3] and quaternion[4] (w x y z) of the wire <-> Rigid3; covariance[36] <-> a matrix.
 #pragma once
 
 #include "convert/limits.h"
@@ -18,6 +18,14 @@ inline void write_pose(const Rigid3& pose, double position[3], double quaternion
 inline Rigid3 read_pose(const double position[3], const double quaternion[4]) {
   return {{quaternion[0], quaternion[1], quaternion[2], quaternion[3]},
           {position[0], position[1], position[2]}};
+}
+
+inline void write_covariance(const Eigen::Matrix<double, 6, 6>& matrix, double covariance[36]) {
+  Eigen::Matrix<double, 6, 6, Eigen::RowMajor>::Map(covariance) = matrix;
+}
+
+inline Eigen::Matrix<double, 6, 6> read_covariance(const double covariance[36]) {
+  return Eigen::Matrix<double, 6, 6, Eigen::RowMajor>::Map(covariance);
 }
 
 inline bool valid_pose(const double position[3], const double quaternion[4]) {

@@ -52,9 +52,7 @@ pose_t to_message(const PublishedPose& pose) {
   message.covariance_status = static_cast<std::int8_t>(result.covariance_status);
   message.reason = static_cast<std::int16_t>(result.reason);
   write_pose(result.map_from_camera, message.position, message.quaternion);
-  for (int row = 0; row < 6; ++row)
-    for (int column = 0; column < 6; ++column)
-      message.covariance[row * 6 + column] = result.covariance(row, column);
+  write_covariance(result.covariance, message.covariance);
   message.reference_keyframe = result.reference_keyframe;
   write_pose(result.reference_from_camera, message.reference_position,
              message.reference_quaternion);
@@ -86,9 +84,7 @@ Decoded<PublishedPose> decode_pose(Bytes bytes) {
   result.covariance_status = static_cast<CovarianceStatus>(message.covariance_status);
   result.reason = static_cast<Reason>(message.reason);
   result.map_from_camera = read_pose(message.position, message.quaternion);
-  for (int row = 0; row < 6; ++row)
-    for (int column = 0; column < 6; ++column)
-      result.covariance(row, column) = message.covariance[row * 6 + column];
+  result.covariance = read_covariance(message.covariance);
   result.reference_keyframe = message.reference_keyframe;
   result.reference_from_camera =
       read_pose(message.reference_position, message.reference_quaternion);

@@ -1,7 +1,5 @@
 #include "convert/relative_message.h"
 
-#include <algorithm>
-
 #include "convert/channel.h"
 #include "convert/layout.h"
 #include "convert/pose_fields.h"
@@ -64,8 +62,7 @@ relative_t to_message(const RelativeAnswer& answer) {
   message.map_seq = answer.map_seq;
   message.reason = static_cast<std::int16_t>(answer.reason);
   write_pose(answer.view.a_from_b, message.position, message.quaternion);
-  const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> rows = answer.view.covariance;
-  std::copy_n(rows.data(), rows.size(), message.covariance);
+  write_covariance(answer.view.covariance, message.covariance);
   return message;
 }
 
@@ -99,7 +96,7 @@ Decoded<RelativeAnswer> decode_relative(Bytes bytes) {
   answer.map_seq = message.map_seq;
   answer.reason = static_cast<Reason>(message.reason);
   answer.view.a_from_b = read_pose(message.position, message.quaternion);
-  answer.view.covariance = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>::Map(message.covariance);
+  answer.view.covariance = read_covariance(message.covariance);
   return result;
 }
 
