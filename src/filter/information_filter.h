@@ -224,7 +224,7 @@ class InformationFilter {
   bool next_step(bool ask_latest, Step& step);
   std::size_t linearize_moved();
   void linearize_all_anew();
-  bool solve_for_all(Eigen::VectorXd& delta_poses);
+  bool factor_for_all();
   void apply(const Eigen::VectorXd& delta_poses);
   bool move_alone(FilterLandmark& landmark, double still) const;
   Holding holding() const;

@@ -75,13 +75,12 @@ void InformationFilter::linearize_all_anew() {
 }
 
 // The factor's pattern grows only.
-bool InformationFilter::solve_for_all(Eigen::VectorXd& delta_poses) {
+bool InformationFilter::factor_for_all() {
   if (shrunk_) cholesky_ = SparseCholesky();
   shrunk_ = false;
   if (!cholesky_.factor(system_.matrix(), blocks().earth())) return false;
   system_.mark_factored();
-  delta_poses = cholesky_.solve_column(system_.right_side());
-  return delta_poses.allFinite();
+  return true;
 }
 
 void InformationFilter::set_pose(int pose, const Rigid3& world_from_camera) {
@@ -184,7 +183,8 @@ void InformationFilter::undo() {
   linearize_all_anew();
 }
 
-// The latest poses' own step, or that of all. False when the matrix cannot be factored.
+// The latest poses' own step, or that of all. False when the matrix cannot be factored. The step
+// of all is b'S^-1 b = |L^-1 b|^2 long: where that is too little to be taken, half a solve tells.
 bool InformationFilter::next_step(bool ask_latest, Step& step) {
   const double of_landmarks = std::pow(system_.largest_step_alone(), 2);
   step = {{}, 0, false};
@@ -192,11 +192,15 @@ bool InformationFilter::next_step(bool ask_latest, Step& step) {
       solve_latest(system_.matrix(), system_.right_side(), kLatest, blocks().earth(), step.delta))
     step.squared = step.delta.dot(system_.right_side()) + of_landmarks;
   if (step.squared > kRough * kRough) return true;
-  Step of_all{{}, 0, true};
-  if (!solve_for_all(of_all.delta)) return false;
-  of_all.squared = of_all.delta.dot(system_.right_side()) + of_landmarks;
-  const bool done = of_all.squared <= kConverged * kConverged;
-  if (done || step.squared <= kMostly * of_all.squared) step = std::move(of_all);
+  if (!factor_for_all()) return false;
+  const Eigen::VectorXd whitened = cholesky_.whiten_column(system_.right_side());
+  if (!whitened.allFinite()) return false;
+  const double squared = whitened.squaredNorm() + of_landmarks;
+  const bool done = squared <= kConverged * kConverged;
+  if (!done && step.squared > kMostly * squared) return true;
+  step = {{}, squared, true};
+  if (!done || options_.relinearize == Relinearize::kOnce)
+    step.delta = cholesky_.solve_whitened(whitened);
   return true;
 }
 
@@ -205,11 +209,11 @@ WholeIteration InformationFilter::iterate_whole() {
   linearize_moved();
   system_.sum(index_, landmarks_, touched_.sorted(), edges_, absolutes_,
               poses_[1].translation - poses_[0].translation);
-  Eigen::VectorXd delta;
-  if (!solve_for_all(delta)) return {};
-  const double squared =
-      delta.dot(system_.right_side()) + std::pow(system_.largest_step_alone(), 2);
-  apply(delta);
+  if (!factor_for_all()) return {};
+  const Eigen::VectorXd whitened = cholesky_.whiten_column(system_.right_side());
+  if (!whitened.allFinite()) return {};
+  const double squared = whitened.squaredNorm() + std::pow(system_.largest_step_alone(), 2);
+  apply(cholesky_.solve_whitened(whitened));
   return {true, squared};
 }
 

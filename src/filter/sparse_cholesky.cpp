@@ -226,9 +226,8 @@ X SparseCholesky::unpermuted(const X& x) const {
 
 // Nodes in whose rows there are only zeros so far are passed over: a few poses' columns reach the
 // root by a short way.
-template <class X>
-void SparseCholesky::solve_lower(X& x) const {
-  X below;
+void SparseCholesky::solve_lower(Eigen::MatrixXd& x) const {
+  Eigen::MatrixXd below;
   for (const auto& at : nodes_) {
     const Node& node = *at;
     const int columns = node.columns() * kPoseDof, height = node.height();
@@ -239,8 +238,8 @@ void SparseCholesky::solve_lower(X& x) const {
     if (node.rows.empty()) continue;
     below.noalias() = panel.bottomRows(height - columns) * top;
     for (std::size_t r = 0; r < node.rows.size(); ++r)
-      x.template middleRows<kPoseDof>(node.rows[r] * kPoseDof) -=
-          below.template middleRows<kPoseDof>(static_cast<Eigen::Index>(r) * kPoseDof);
+      x.middleRows<kPoseDof>(node.rows[r] * kPoseDof) -=
+          below.middleRows<kPoseDof>(static_cast<Eigen::Index>(r) * kPoseDof);
   }
 }
 
@@ -276,9 +275,36 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) const {
   return unpermuted(x);
 }
 
-Eigen::VectorXd SparseCholesky::solve_column(const Eigen::VectorXd& b) const {
-  Eigen::VectorXd x = permuted(b);
-  solve_lower(x);
+Eigen::VectorXd SparseCholesky::whiten_column(const Eigen::VectorXd& b) {
+  Eigen::VectorXd y = permuted(b);
+  whitened_.resize(static_cast<std::size_t>(tree_.size()));
+  for (const auto& node : nodes_) {
+    auto top = y.segment(node->first * kPoseDof, node->columns() * kPoseDof);
+    std::shared_ptr<const Whitened>& last = whitened_[static_cast<std::size_t>(node->first)];
+    if (!last || last->node != node || last->top != top) last = whiten_node(node, top);
+    std::fill(whitened_.begin() + node->first + 1, whitened_.begin() + node->last + 1, nullptr);
+    top = last->solved;
+    for (std::size_t r = 0; r < node->rows.size(); ++r)
+      y.segment<kPoseDof>(node->rows[r] * kPoseDof) -=
+          last->below.segment<kPoseDof>(static_cast<Eigen::Index>(r) * kPoseDof);
+  }
+  return y;
+}
+
+auto SparseCholesky::whiten_node(const std::shared_ptr<const Node>& node,
+                                 const Eigen::VectorXd& top) -> std::shared_ptr<const Whitened> {
+  const int columns = node->columns() * kPoseDof, height = node->height();
+  const Panel panel(node->panel.data(), height, columns, Eigen::OuterStride<>(height));
+  auto done = std::make_shared<Whitened>();
+  done->node = node;
+  done->top = top;
+  done->solved = panel.topRows(columns).triangularView<Eigen::Lower>().solve(top);
+  done->below.noalias() = panel.bottomRows(height - columns) * done->solved;
+  return done;
+}
+
+Eigen::VectorXd SparseCholesky::solve_whitened(const Eigen::VectorXd& y) const {
+  Eigen::VectorXd x = y;
   solve_upper(x);
   return unpermuted(x);
 }

@@ -23,7 +23,11 @@ class SparseCholesky {
 
   // x with matrix x = b, for each column of b; needs a successful factor() before.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;
-  Eigen::VectorXd solve_column(const Eigen::VectorXd& b) const;
+
+  // The same in halves, of one column: y = L^-1 P b, for which only what the last call did not
+  // meet, in the factor or in b, is computed, to the same bits; and x = P' L'^-1 y.
+  Eigen::VectorXd whiten_column(const Eigen::VectorXd& b);
+  Eigen::VectorXd solve_whitened(const Eigen::VectorXd& y) const;
 
   // y = L^-1 P b of matrix = P' L L' P: y'y = b' matrix^-1 b, the covariance of the linear
   // functions of x that are b's columns.
@@ -44,18 +48,27 @@ class SparseCholesky {
     int height() const { return kPoseDof * (columns() + static_cast<int>(rows.size())); }
   };
 
+  // What whiten_column() did with a node.
+  struct Whitened {
+    std::shared_ptr<const Node> node;
+    Eigen::VectorXd top;     // as it came to the node
+    Eigen::VectorXd solved;  // the part of y that belongs to the node's columns
+    Eigen::VectorXd below;   // what that takes off the rows below
+  };
+
   void renew_tree(const BlockMatrix& matrix, int late);
   std::vector<std::uint8_t> changed_positions(const BlockMatrix& matrix) const;
   void assemble(Node& node, const BlockMatrix& matrix);
   void take_off(const Node& descendant, int from, int to, Node& node);
   static bool factor_panel(Node& node);
+  static std::shared_ptr<const Whitened> whiten_node(const std::shared_ptr<const Node>& node,
+                                                     const Eigen::VectorXd& top);
   // Of Eigen::MatrixXd or, for which Eigen has faster ways, Eigen::VectorXd.
   template <class X>
   X permuted(const X& b) const;
   template <class X>
   X unpermuted(const X& x) const;
-  template <class X>
-  void solve_lower(X& x) const;
+  void solve_lower(Eigen::MatrixXd& x) const;
   template <class X>
   void solve_upper(X& x) const;
 
@@ -64,6 +77,7 @@ class SparseCholesky {
   double cost_when_sought_ = 0;  // of the elimination, when an order was sought last
   int size_when_sought_ = 0;
   std::vector<std::shared_ptr<const Node>> nodes_;
+  std::vector<std::shared_ptr<const Whitened>> whitened_;  // by the node's first position
   int num_factored_ = 0;
   bool was_ordered_ = false;
   std::vector<int> place_;       // of a position's block row in the panel at hand
