@@ -112,6 +112,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("fall_back", o.fall_back);
   visit("search_sigma", o.search_sigma);
   visit("second_search", o.second_search);
+  visit("near_keyframes", o.near_keyframes);
   visit("refine", o.refine);
   visit("min_inlier_ratio", o.min_inlier_ratio);
 }
@@ -120,6 +121,7 @@ template <OptionsOf<KeyframeOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("min_tracked_ratio", o.min_tracked_ratio);
   visit("max_baseline_ratio", o.max_baseline_ratio);
+  visit("near_share", o.near_share);
   visit("few_tracked", o.few_tracked);
   visit("min_inliers", o.min_inliers);
   visit("redundant_share", o.redundant_share);

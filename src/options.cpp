@@ -26,6 +26,7 @@ std::string keyframe_problem(const KeyframeOptions& o) {
     return say("keyframe.min_tracked_ratio", o.min_tracked_ratio, "0 to 1");
   if (!(o.max_baseline_ratio > 0))
     return say("keyframe.max_baseline_ratio", o.max_baseline_ratio, "above 0");
+  if (!(o.near_share > 0)) return say("keyframe.near_share", o.near_share, "above 0");
   if (o.few_tracked < 0) return say("keyframe.few_tracked", o.few_tracked, "0 or more");
   if (o.min_inliers < 6) return say("keyframe.min_inliers", o.min_inliers, "6 or more");
   if (!(o.redundant_share > 0))
@@ -133,6 +134,7 @@ MapperOptions MapperOptions::paper() {
   paper.tracking.fall_back = false;
   paper.tracking.search_sigma = 0;
   paper.tracking.second_search = false;
+  paper.keyframe.near_share = 2;
   paper.landmark.promote_omega_p = false;
   paper.landmark.min_views = 2;
   paper.filter.relinearize = Relinearize::kOnce;
@@ -143,6 +145,8 @@ MapperOptions MapperOptions::paper() {
 std::string MapperOptions::problem() const {
   if (!(sigma_factor > 0)) return say("sigma_factor", sigma_factor, "above 0");
   if (!(max_sigma_growth >= 1)) return say("max_sigma_growth", max_sigma_growth, "1 or more");
+  if (tracking.near_keyframes < 0)
+    return say("tracking.near_keyframes", tracking.near_keyframes, "0 or more");
   if (!(tracking.search_sigma >= 0))
     return say("tracking.search_sigma", tracking.search_sigma, "0 or more");
   if (!(tracking.min_inlier_ratio >= 0 && tracking.min_inlier_ratio <= 1))

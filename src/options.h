@@ -51,6 +51,9 @@ struct TrackingOptions {
   double search_sigma = 8;
   // And once more from where the pose of the first search sees them. [WD10] does not.
   bool second_search = true;
+  // That takes in what so many keyframes see that are near but share little with the reference: on
+  // a way back the landmarks of the way there. They count where nothing is lost by it.
+  int near_keyframes = 6;
   // Of the landmarks found near their predicted places (or, in PnP, matched), the share that must
   // agree with the pose. Chance alone makes about one in ten agree with any pose.
   double min_inlier_ratio = 0.3;
@@ -59,6 +62,9 @@ struct TrackingOptions {
 struct KeyframeOptions {
   double min_tracked_ratio = 0.6;    // fewer of the reference's landmarks tracked: a new keyframe
   double max_baseline_ratio = 0.05;  // baseline / median depth above this: a new keyframe
+  // That of the nearest keyframe which sees this share of the tracked landmarks. Above 1: that of
+  // the reference.
+  double near_share = 0.5;
   // With fewer tracked landmarks than this the map needs new ones soon: half the baseline will do.
   int few_tracked = 120;
   int min_inliers = 25;  // below this a keyframe would be built on sand

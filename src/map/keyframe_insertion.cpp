@@ -8,6 +8,7 @@
 
 #include "geometry/robust.h"
 #include "map/map_bounds.h"
+#include "map/near_keyframes.h"
 #include "map/redundancy.h"
 
 namespace eifmap {
@@ -84,6 +85,20 @@ double median_sight_depth(const Map& map, const Rigid3& world_from_camera,
   return take_median(depths);
 }
 
+// Of the camera from the nearest keyframe that sees so much of what the frame sees: on a way back
+// the reference is not it.
+double shortest_baseline(const Map& map, const Tracking& tracking, double near_share) {
+  const std::vector<int> seen = num_seen(map, tracking.sights);
+  const double enough = near_share * static_cast<double>(tracking.sights.size());
+  const auto baseline = [&](int k) {
+    return (tracking.world_from_camera.translation - map.pose(k).translation).norm();
+  };
+  double shortest = baseline(tracking.reference);
+  for (int k = 0; k < map.num_keyframes(); ++k)
+    if (seen[k] > 0 && seen[k] >= enough) shortest = std::min(shortest, baseline(k));
+  return shortest;
+}
+
 // What the filter made of the new keyframe against what tracking had measured. The one silent
 // catastrophe of monocular mapping is a map whose scale jumps: then the filter moves the keyframe
 // far along its baseline, moves what it was tracked by nearer or further as a whole, or throws out
@@ -135,7 +150,9 @@ bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual
   const double depth = median_sight_depth(map, tracking.world_from_camera, tracking.sights);
   if (sigma_centre(tracking) > std::max(0.1 * baseline, 0.01 * depth)) return false;
   const double haste = inliers < options.keyframe.few_tracked ? 0.5 : 1;
-  if (baseline > haste * options.keyframe.max_baseline_ratio * depth) return true;
+  const double far = haste * options.keyframe.max_baseline_ratio * depth;
+  if (baseline > far && shortest_baseline(map, tracking, options.keyframe.near_share) > far)
+    return true;
   return inliers < options.keyframe.min_tracked_ratio * usual.most_tracked;
 }
 

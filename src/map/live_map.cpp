@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "map/near_keyframes.h"
+
 namespace eifmap {
 
 LiveMap::LiveMap(Map started, const Camera& camera)
@@ -41,9 +43,7 @@ FinishedMap finish(const LiveMap& live) {
 }
 
 int better_reference(const Map& map, const Tracking& tracking) {
-  std::vector<int> shared(map.num_keyframes(), 0);
-  for (const LandmarkSight& sight : tracking.sights)
-    for (const Sight& s : map.track(sight.track).sights) ++shared[s.keyframe];
+  const std::vector<int> shared = num_seen(map, tracking.sights);
   int best = tracking.reference;
   for (int k = 0; k < map.num_keyframes(); ++k)
     if (shared[k] > 1.2 * shared[tracking.reference] && shared[k] > shared[best]) best = k;

@@ -8,6 +8,7 @@
 #include "geometry/projection.h"
 #include "map/guided_search.h"
 #include "map/image_shift.h"
+#include "map/near_keyframes.h"
 #include "map/other_place.h"
 
 namespace eifmap {
@@ -105,19 +106,37 @@ bool PoseSearch::search_around(const Guess& guess, const std::vector<int>& landm
   return tracking.ok();
 }
 
+// From a pose that landmarks of these keyframes gave: those of keyframes near it as well, if no
+// fewer sights agree then. Where the map is at odds with itself, they are not taken.
+bool PoseSearch::search_wider(const Guess& guess, std::vector<int> keyframes,
+                              Tracking& tracking) const {
+  const std::vector<int> near =
+      near_keyframes(map_, guess.world_from_camera, map_.median_depth(tracking.reference),
+                     options_.tracking.near_keyframes, keyframes);
+  if (near.empty()) return false;
+  keyframes.insert(keyframes.end(), near.begin(), near.end());
+  Tracking wider = tracking;
+  if (!search_around(guess, map_.landmarks_of(keyframes), wider) ||
+      wider.sights.size() < tracking.sights.size())
+    return false;
+  tracking = std::move(wider);
+  return true;
+}
+
 // A pose from the matches at hand becomes one of the whole local map, or is given up. The first
 // search's start may be known to pixels only; its result is known well enough that what merely
 // looks alike nearby need not be believed.
 bool PoseSearch::confirm(const Guess& guess, PoseSource source, Tracking& tracking) const {
   tracking.source = source;
-  const std::vector<int> local =
-      map_.landmarks_of(map_.covisible(tracking.reference, kLocalKeyframes));
+  const std::vector<int> keyframes = map_.covisible(tracking.reference, kLocalKeyframes);
+  const std::vector<int> local = map_.landmarks_of(keyframes);
   if (!search_around(guess, local, tracking)) return false;
   tracking.looked_for = local;
   if (!options_.tracking.second_search) return true;
+  const Guess better{tracking.world_from_camera, tracking.covariance};
+  if (search_wider(better, keyframes, tracking)) return true;
   Tracking second = tracking;
-  if (search_around({tracking.world_from_camera, tracking.covariance}, local, second))
-    tracking = std::move(second);
+  if (search_around(better, local, second)) tracking = std::move(second);
   return true;
 }
 

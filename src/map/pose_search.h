@@ -59,6 +59,7 @@ class PoseSearch {
   bool search_around(const Guess& guess, const std::vector<int>& landmarks,
                      Tracking& tracking) const;
   bool confirm(const Guess& guess, PoseSource source, Tracking& tracking) const;
+  bool search_wider(const Guess& guess, std::vector<int> keyframes, Tracking& tracking) const;
   void take(const AbsolutePose& judged, const std::vector<LandmarkSight>& found,
             Tracking& tracking) const;
 

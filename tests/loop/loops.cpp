@@ -48,6 +48,8 @@ MapperOptions mapper_options(const Options& options, bool with) {
     base = parsed.config;
   }
   base.mapper.loop.enabled = with;
+  if (!with)
+    base.mapper.tracking.near_keyframes = 0;  // that joins passes, too, where drift is small
   return base.mapper;
 }
 
