@@ -56,6 +56,7 @@ Difference warp_difference(const SimulatedWorld& world, int a, int b, const Rigi
       differences.push_back(std::abs(sample<std::uint8_t>(image_b, p.x(), p.y()) -
                                      image_a.at<std::uint8_t>(row, column)));
     }
+  if (differences.empty()) return {255, 0};
   return {median(differences), static_cast<double>(differences.size()) / pixels};
 }
 
@@ -99,7 +100,7 @@ TEST(SimulatedWorld, ImagesAgreeInWhatIsHardToMap) {
   };
   for (const auto& [world_name, motion, speed] :
        {Way{"street", "drive", 4}, Way{"wall", "sideways", 0.5}, Way{"wall", "pan", 0},
-        Way{"tiles", "lap", 0}, Way{"corridor", "walk", 0}}) {
+        Way{"tiles", "lap", 0}}) {
     SimulationOptions options;
     options.world = world_name;
     options.motion = motion;
@@ -139,6 +140,9 @@ TEST(SimulatedWorld, ACorridorIsTheSameAgainAndAgain) {
   options.motion = "walk";
   options.noise = 0;
   const SimulatedWorld world(options);
+  const auto next = warp_difference(world, 0, 1, {});
+  EXPECT_LT(next.median, 2.5);
+  EXPECT_GT(next.share, 0.6);
   const Rigid3 pose = world.world_from_camera(60);
   const auto farther = [&pose](double metres) {
     return pose.inverse() * Rigid3({1, 0, 0, 0}, {0, 0, -metres}) * pose;
