@@ -33,7 +33,7 @@ struct Options {
   double end_ratio = 0;   // the same of the last frame's place, start to end
   double error = 0;       // m; 0: any
   double keyframe_s = 0;  // CPU time of the longest keyframe; 0: any
-  double growth = -1;     // keyframes of the second half over those of the first; -1: any
+  double growth = -1;     // landmarks of the second half over those of the first; -1: any
   double tracked = 0;     // share of the frames
 };
 
@@ -207,8 +207,8 @@ bool expect_of_run(const Options& options, const Outcome& with) {
                   "the CPU time (s) of a keyframe is above", options.keyframe_s) &&
            good;
   if (options.growth >= 0)
-    good = expect(with.keyframes_grown() <= options.growth,
-                  "the keyframes that the second half adds, over those of the first, are above",
+    good = expect(with.landmarks_grown() <= options.growth,
+                  "the landmarks that the second half adds, over those of the first, are above",
                   options.growth) &&
            good;
   return good;
@@ -249,7 +249,7 @@ int main(int argc, char** argv) {
   app.add_option("--keyframe-s", options.keyframe_s,
                  "expected: CPU time of the longest keyframe with, at most (s)");
   app.add_option("--growth", options.growth,
-                 "expected: keyframes that the second half adds over those of the first, at most");
+                 "expected: landmarks that the second half adds over those of the first, at most");
   app.add_option("--tracked", options.tracked, "expected: share of frames tracked with, at least");
   CLI11_PARSE(app, argc, argv);
   try {
