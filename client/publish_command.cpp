@@ -164,19 +164,29 @@ Command add_publish_command(CLI::App& app) {
   add_calibration_options(*command, options->sequence);
   command
       ->add_option("--simulate", options->simulation.world,
-                   "a simulated world: courtyard, or one that is hard to map: tiles, wall, street")
+                   "a simulated world: courtyard, block, or one that is hard to map: tiles, wall, "
+                   "street, corridor")
       ->each([options](const std::string&) { options->simulate = true; });
   command->add_flag("--distorted", options->simulation.distorted, "simulate a cheap lens");
   command->add_flag("--fisheye", options->simulation.fisheye, "simulate a fisheye lens");
   command->add_option("--seed", options->simulation.seed, "of the simulated noise and surfaces");
   command->add_option("--motion", options->simulation.motion,
                       "of the simulated camera: lap, turn (straight on, with fast turns), "
-                      "look_around, pause, standstill, pan, sideways, drive");
+                      "look_around, pause, standstill, pan, sideways, drive, walk");
+  command->add_option("--frames", options->simulation.num_frames,
+                      "images that the simulated camera takes; default: 400");
   command->add_option("--speed", options->simulation.speed, "of the simulated camera, m/s");
   command->add_option(
       "--event", options->simulation.event,
-      "from 6 s to 8 s: black (no light), covered (half the image), bus (one drives "
-      "through the street)");
+      "on the way: black (no light), covered (half the image), bus (one drives through the "
+      "street), kidnapped (no light, and the camera is elsewhere after it)");
+  command->add_option("--event-from", options->simulation.event_from_s,
+                      "when it begins, s; default: 6");
+  command->add_option("--event-for", options->simulation.event_for_s,
+                      "how long it lasts, s; default: 2");
+  command->add_option("--event-to", options->simulation.event_to_s,
+                      "where the kidnapped camera goes on: where it is so many s on its way; "
+                      "default: 1");
   command->add_option("--roll-deg", options->simulation.roll_deg,
                       "how far the simulated camera is slowly rolled");
   command->add_option("--as", publish.as, "what to send; default: features")

@@ -1,5 +1,7 @@
 #include "simulation/scenery.h"
 
+#include "simulation/block.h"
+#include "simulation/corridor.h"
 #include "simulation/courtyard.h"
 #include "simulation/materials.h"
 #include "simulation/street.h"
@@ -49,15 +51,31 @@ Scenery one_wall(std::uint32_t seed) {
   return scenery;
 }
 
+Scenery in_street(std::uint32_t seed) {
+  const Rigid3 facing_east(so3_exp({0, M_PI / 2, 0}), {-6.5, -1.6, 60});
+  return {street(seed), courtyard_light(), {so3_exp({0, 0, 0}), {-1.6, -1.5, 0}}, facing_east};
+}
+
+Scenery round_a_block(std::uint32_t seed) {
+  const Rigid3 place = drive_round_the_block(1)(0);
+  return {block(seed), courtyard_light(), place, place};
+}
+
+Scenery in_corridor(std::uint32_t seed) {
+  const Rigid3 place = walk_down_the_corridor().world_from_camera(0);
+  return {corridor(seed), courtyard_light(), place, place};
+}
+
 }  // namespace
 
 Scenery make_scenery(const std::string& world, std::uint32_t seed) {
   if (world == "courtyard") return in_courtyard(seed);
   if (world == "tiles") return tiled_room(seed);
   if (world == "wall") return one_wall(seed);
-  if (world != "street") return {};
-  const Rigid3 facing_east(so3_exp({0, M_PI / 2, 0}), {-6.5, -1.6, 60});
-  return {street(seed), courtyard_light(), {so3_exp({0, 0, 0}), {-1.6, -1.5, 0}}, facing_east};
+  if (world == "street") return in_street(seed);
+  if (world == "block") return round_a_block(seed);
+  if (world == "corridor") return in_corridor(seed);
+  return {};
 }
 
 std::vector<Quad> bus(std::uint32_t seed) {

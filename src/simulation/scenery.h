@@ -20,7 +20,7 @@ struct Scenery {
 
 // `courtyard` (courtyard.h); `tiles`: a room as large as it, all of it the same tile again and
 // again; `wall`: one painted wall that fills the view; `street`: 200 m between houses, parked cars
-// and trees along it. Of another name it is empty.
+// and trees along it; `block` (block.h); `corridor` (corridor.h). Of another name it is empty.
 Scenery make_scenery(const std::string& world, std::uint32_t seed);
 
 // A box of 7 m that stands on the origin, its length along x.

@@ -8,6 +8,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "simulation/block.h"
+#include "simulation/corridor.h"
 #include "simulation/mishap.h"
 #include "simulation/motion.h"
 #include "simulation/moving_object.h"
@@ -40,13 +42,21 @@ struct Place {
   const char* world;
   std::array<const char*, 6> motions;
 };
-constexpr std::array<Place, 4> kPlaces{
+constexpr std::array<Place, 6> kPlaces{
     {{"courtyard", {"lap", "turn", "look_around", "pause", "standstill", "pan"}},
      {"tiles", {"lap", "turn", "look_around", "pause", "standstill", "pan"}},
+     {"block", {"lap", "standstill", "pan"}},
+     {"corridor", {"walk", "standstill", "pan"}},
      {"wall", {"sideways", "standstill", "pan"}},
      {"street", {"drive", "sideways", "standstill", "pan"}}}};
 
 constexpr double kDegree = std::numbers::pi / 180;
+
+Motion walk_motion(const SimulationOptions& options, Walk walk) {
+  if (options.speed > 0) walk.speed = options.speed;
+  walk.roll = options.roll_deg * kDegree;
+  return walking(walk);
+}
 
 Motion make_motion(const SimulationOptions& options, const Scenery& scenery) {
   constexpr double kFrom = 5, kPause = 20, kLook = 8;  // s
@@ -57,13 +67,20 @@ Motion make_motion(const SimulationOptions& options, const Scenery& scenery) {
   if (motion == "pan") return panning(scenery.across, kAngle, kLook);
   if (motion == "drive") return driving(scenery.along, speed(4));
   if (motion == "sideways") return moving_sideways(scenery.across, speed(0.5));
+  if (options.world == "block") return drive_round_the_block(speed(5.6));
+  if (motion == "walk") return walk_motion(options, walk_down_the_corridor());
   Walk walk;
   walk.path = motion == "turn" ? Path::kRectangle : Path::kEllipse;
-  walk.roll = options.roll_deg * kDegree;
-  walk.speed = speed(walk.speed);
-  if (motion == "pause") return with_pause(walking(walk), kFrom, kPause);
-  if (motion == "look_around") return with_look_around(walking(walk), kFrom, kLook, kAngle);
-  return walking(walk);
+  const Motion lap = walk_motion(options, walk);
+  if (motion == "pause") return with_pause(lap, kFrom, kPause);
+  if (motion == "look_around") return with_look_around(lap, kFrom, kLook, kAngle);
+  return lap;
+}
+
+Motion make_motion_with_event(const SimulationOptions& o, const Scenery& scenery) {
+  const Motion motion = make_motion(o, scenery);
+  if (o.event != "kidnapped") return motion;
+  return with_carrying(motion, o.event_from_s, o.event_for_s, o.event_to_s);
 }
 
 std::string problem_of_motion(const SimulationOptions& options) {
@@ -87,10 +104,16 @@ std::string problem_of_motion(const SimulationOptions& options) {
 
 std::string problem_of_event(const SimulationOptions& options) {
   const std::string& event = options.event;
-  if (event != "none" && event != "black" && event != "covered" && event != "bus")
-    return "simulation: event is '" + event + "', wanted none, black, covered or bus";
+  if (event != "none" && event != "black" && event != "covered" && event != "bus" &&
+      event != "kidnapped")
+    return "simulation: event is '" + event + "', wanted none, black, covered, bus or kidnapped";
   if (event == "bus" && options.world != "street")
     return "simulation: a bus drives in the world street alone";
+  if (event == "kidnapped" && (options.motion == "standstill" || options.motion == "pan"))
+    return "simulation: a camera is kidnapped on its way, and motion " + options.motion +
+           " has none: choose another motion";
+  if (!(options.event_to_s >= 0 && options.event_to_s <= 100000))
+    return "simulation: event_to_s must be 0 to 100000";
   if (!std::isfinite(options.event_from_s) || !(options.event_for_s > 0))
     return "simulation: event_from_s must be a number and event_for_s above 0";
   return "";
@@ -149,7 +172,7 @@ struct SimulatedWorld::State {
       : options(o),
         camera(make_camera(o)),
         scenery(make_scenery(o.world, static_cast<std::uint32_t>(o.seed))),
-        motion(make_motion(o, scenery)),
+        motion(make_motion_with_event(o, scenery)),
         surfaces(paint(scenery.quads, scenery.light)),
         renderer(camera, surfaces),
         noise(o.noise, o.seed) {
@@ -170,7 +193,7 @@ struct SimulatedWorld::State {
     Rendering rendering = renderer.render(pose);
     if (bus_passing) bus_passing->draw_into(rendering, pose, seconds);
     if (!during_event(seconds)) return rendering;
-    if (options.event == "black") black_out(rendering.gray);
+    if (options.event == "black" || options.event == "kidnapped") black_out(rendering.gray);
     if (options.event == "covered") cover_right_half(rendering.gray);
     return rendering;
   }

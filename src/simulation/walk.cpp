@@ -1,8 +1,9 @@
 #include "simulation/walk.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "simulation/footpath.h"
 
 namespace eifmap::simulation {
 namespace {
@@ -31,11 +32,6 @@ double angle_at(const Walk& walk, double length) {
   return angle;
 }
 
-// A place on a path.
-struct Footprint {
-  Eigen::Vector3d centre, along;  // on the ground; unit
-};
-
 Footprint on_ellipse(const Walk& walk, double length) {
   const double angle = angle_at(walk, length);
   return {{walk.half_east * std::sin(angle), 0, -walk.half_north * std::cos(angle)},
@@ -43,35 +39,17 @@ Footprint on_ellipse(const Walk& walk, double length) {
               .normalized()};
 }
 
-// The rectangle lies so that the first turn leads between a column and a hedge, an arm's length
-// from either.
-constexpr double kWest = -6.5, kEast = 2.45, kSouth = -5.2, kNorth = 6.3;  // m
-
-// An arc that takes half a second.
-double corner_radius(const Walk& walk) {
-  return 0.5 * walk.speed / (kTurn / 4);
+// An arc takes half a second. The rectangle lies so that the first turn leads between a column and
+// a hedge, an arm's length from either.
+RoundedRectangle rectangle(const Walk& walk) {
+  constexpr double kWest = -6.5, kEast = 2.45, kSouth = -5.2, kNorth = 6.3;  // m
+  return {kWest, kEast, kSouth, kNorth, 0.5 * walk.speed / (kTurn / 4)};
 }
 
-// Length of a straight part, by its number from the first, which leads east.
-double side_length(const Walk& walk, int side) {
-  return (side % 2 == 0 ? kEast - kWest : kNorth - kSouth) - 2 * corner_radius(walk);
-}
-
-// Sides and arcs in turn, each begun where the last one ended.
-Footprint on_rectangle(const Walk& walk, double length) {
-  const double radius = corner_radius(walk), arc = radius * kTurn / 4;
-  length = std::fmod(length, walk.lap_length());
-  Footprint at{{kWest + radius, 0, kSouth}, {1, 0, 0}};
-  for (int side = 0;; ++side) {
-    const double straight = side_length(walk, side);
-    const Eigen::Vector3d left(-at.along.z(), 0, at.along.x());
-    const double turned = std::clamp((length - straight) / radius, 0.0, kTurn / 4);
-    at.centre += std::min(length, straight) * at.along +
-                 radius * (std::sin(turned) * at.along + (1 - std::cos(turned)) * left);
-    at.along = std::cos(turned) * at.along + std::sin(turned) * left;
-    length -= straight + arc;
-    if (length <= 0) return at;
-  }
+Footprint place_on_path(const Walk& walk, double length) {
+  if (walk.path == Path::kEllipse) return on_ellipse(walk, length);
+  if (walk.path == Path::kRectangle) return rectangle(walk).at(length);
+  return {{0, 0, length}, {0, 0, 1}};
 }
 
 Eigen::Quaterniond turn(double angle, const Eigen::Vector3d& axis) {
@@ -81,18 +59,17 @@ Eigen::Quaterniond turn(double angle, const Eigen::Vector3d& axis) {
 }  // namespace
 
 double Walk::lap_length() const {
-  if (path == Path::kEllipse) return arc_length(*this, kTurn);
-  return 2 * (side_length(*this, 0) + side_length(*this, 1)) + kTurn * corner_radius(*this);
+  return path == Path::kEllipse ? arc_length(*this, kTurn) : rectangle(*this).lap_length();
 }
 
 TurnTimes first_turn(const Walk& walk) {
-  const double begin = side_length(walk, 0) / walk.speed;
-  return {begin, begin + corner_radius(walk) * kTurn / 4 / walk.speed};
+  const RoundedRectangle way = rectangle(walk);
+  const double begin = way.side_length(0) / walk.speed;
+  return {begin, begin + way.radius * kTurn / 4 / walk.speed};
 }
 
 Rigid3 Walk::world_from_camera(double seconds) const {
-  const auto [centre, along] = path == Path::kEllipse ? on_ellipse(*this, speed * seconds)
-                                                      : on_rectangle(*this, speed * seconds);
+  const auto [centre, along] = place_on_path(*this, speed * seconds);
   const auto wave = [seconds](double hertz, double phase) {
     return std::sin(kTurn * hertz * seconds + phase);
   };
@@ -103,7 +80,7 @@ Rigid3 Walk::world_from_camera(double seconds) const {
   pose.translation = centre + (0.035 * wave(0.95, 0.4) + 0.10 * wave(0.11, 1.0)) * left;
   pose.translation.y() = -eye_height + 0.022 * wave(1.9, 0) + 0.05 * wave(0.17, 2.0);
   const double heading = std::atan2(along.x(), along.z());  // about y (down), from north to east
-  const double yaw = heading - 0.25 + 0.14 * wave(0.1, 0.8) + 0.012 * wave(0.95, 1.3);
+  const double yaw = heading - inwards + 0.14 * wave(0.1, 0.8) + 0.012 * wave(0.95, 1.3);
   const double pitch = -0.02 + 0.035 * wave(0.21, 0.3) + 0.008 * wave(1.9, 0.9);
   const double lean = 0.03 * wave(0.16, 1.9) + 0.012 * wave(0.95, 0) + roll * wave(0.05, 0);
   pose.rotation = turn(yaw, Eigen::Vector3d::UnitY()) * turn(pitch, Eigen::Vector3d::UnitX()) *

@@ -1,4 +1,4 @@
-// A walk with a hand-held camera around a closed loop.
+// A walk with a hand-held camera, around a closed loop or straight on.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@ namespace eifmap::simulation {
 enum class Path : std::uint8_t {
   kEllipse,    // around the yard's middle
   kRectangle,  // straight, with a turn by 90 degrees in half a second at each corner
+  kStraight,   // to the north from the origin, without end
 };
 
 struct Walk {
@@ -17,11 +18,12 @@ struct Walk {
   double half_east = 7.5, half_north = 5.2;  // m, of the ellipse
   double eye_height = 1.6;                   // m
   double speed = 2.15;                       // m/s along the path
+  double inwards = 0.25;                     // rad, how far to the left of the way it looks
   double roll = 0;                           // rad, how far the camera is slowly rolled either way
 
-  double lap_length() const;  // m, along the path
+  double lap_length() const;  // m, along a path that is closed
 
-  // World x east, y down, z north; starts in the south, heading east. `seconds` >= 0.
+  // World x east, y down, z north; a loop starts in the south, heading east. `seconds` >= 0.
   Rigid3 world_from_camera(double seconds) const;
 };
 

@@ -228,7 +228,7 @@ int main(int argc, char** argv) {
   CLI::App app("Errors of many runs against their covariances (NEES; 6 is right)", "consistency");
   app.add_option(
       "world", options.source.world,
-      "sideways, forward, loop: features only; lap, turn: rendered; or a recorded folder");
+      "sideways, forward, loop: features only; lap, turn, block: rendered; or a recorded folder");
   app.add_option("--seeds", options.seeds, "runs");
   app.add_option("--first-seed", options.first_seed, "of the first run");
   app.add_option("--frames", options.source.frames, "of each run; 0: all");

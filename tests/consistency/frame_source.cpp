@@ -1,5 +1,6 @@
 #include "consistency/frame_source.h"
 
+#include <map>
 #include <utility>
 
 #include "consistency/recording.h"
@@ -79,9 +80,11 @@ class FeatureSource : public FrameSource {
 // The features of images, extracted in order, each once: what extracts may follow the camera.
 class ImageSource : public FrameSource {
  public:
-  // `seed`: of the noise added to the keypoints; 0: none.
-  ImageSource(Recording recording, int seed)
+  // `seed`: of the noise added to the keypoints; 0: none. `kept`: what is extracted is, for those
+  // who go through it again.
+  ImageSource(Recording recording, int seed, bool kept)
       : recording_(std::move(recording)),
+        kept_(kept),
         jitter_(seed > 0 ? kJitterPx : 0, static_cast<std::uint64_t>(seed)) {}
   int size() const override { return recording_.size(); }
   const Camera& camera() const override { return recording_.camera; }
@@ -91,26 +94,40 @@ class ImageSource : public FrameSource {
   std::optional<Rigid3> world_from_camera(int i) const override {
     return recording_.world_from_camera(i);
   }
+  bool goes_again() const override { return kept_; }
   FeatureFrame frame(int i) const override {
+    const auto known = frames_.find(i);
+    if (known != frames_.end()) return known->second;
     FeatureFrame frame =
         extract_frame(extractor_, recording_.image(i), camera(), {time_us(i), 1, i, "cam0"});
     jitter_.apply(frame);
+    if (kept_) frames_[i] = frame;
     return frame;
   }
 
  private:
   Recording recording_;
+  bool kept_;
+  mutable std::map<int, FeatureFrame> frames_;
   mutable FeatureExtractor extractor_;
   mutable Jitter jitter_;
 };
 
-SimulationOptions world_options(const SourceOptions& options, int seed) {
+// Of the rendered worlds; nothing of others.
+std::optional<SimulationOptions> rendered_world(const SourceOptions& options, int seed) {
   SimulationOptions world;
   if (options.world == "tiles")
-    world.world = options.world;
-  else
+    world.world = "tiles";
+  else if (options.world == "block")
+    world.world = "block", world.num_frames = 600;
+  else if (options.world == "rendered_corridor")
+    world.world = "corridor", world.motion = "walk";
+  else if (options.world == "lap" || options.world == "turn")
     world.motion = options.world;
+  else
+    return std::nullopt;
   if (options.frames > 0) world.num_frames = options.frames;
+  world.event = options.event;
   world.seed = seed;
   return world;
 }
@@ -120,8 +137,8 @@ SimulationOptions world_options(const SourceOptions& options, int seed) {
 std::unique_ptr<FrameSource> make_source(const SourceOptions& options, int seed) {
   if (options.world == "sideways" || options.world == "forward" || options.world == "loop")
     return std::make_unique<FeatureSource>(options, seed);
-  if (options.world == "lap" || options.world == "turn" || options.world == "tiles")
-    return std::make_unique<ImageSource>(rendered(world_options(options, seed), options.cache), 0);
+  if (const auto world = rendered_world(options, seed))
+    return std::make_unique<ImageSource>(rendered(*world, options.cache), 0, true);
   const bool straight = options.world == "street" || options.world == "corridor";
   if (straight || options.world.ends_with(".txt")) {
     TrajectoryWorldOptions world;
@@ -135,7 +152,7 @@ std::unique_ptr<FrameSource> make_source(const SourceOptions& options, int seed)
     if (options.world == "corridor") world.period = 40, world.range = 37, world.points_per_m = 40;
     return std::make_unique<TrajectoryWorld>(world);
   }
-  return std::make_unique<ImageSource>(recorded(options.world, options.frames), seed);
+  return std::make_unique<ImageSource>(recorded(options.world, options.frames), seed, false);
 }
 
 }  // namespace eifmap::test

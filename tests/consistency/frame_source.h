@@ -1,5 +1,5 @@
-// Feature frames with true poses: of the feature-level worlds, of the rendered courtyard, of a
-// recorded folder.
+// Feature frames with true poses: of the feature-level worlds, of the rendered ones, of a recorded
+// folder.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,19 +28,22 @@ class FrameSource {
   // nobody knows.
   virtual std::optional<int> point_at(std::int64_t, float, float) const { return std::nullopt; }
   virtual std::optional<Eigen::Vector3d> point(int) const { return std::nullopt; }
+  // Whether one may go through the frames a second time.
+  virtual bool goes_again() const { return true; }
   // In order, each once. Throws std::runtime_error when it cannot be read.
   virtual FeatureFrame frame(int i) const = 0;
 };
 
 struct SourceOptions {
-  std::string world = "sideways";  // sideways, forward, loop; lap, turn, tiles (rendered); street,
-  // corridor (straight, the latter the same again each 40 m); a file
-  // of poses (.txt); or a folder
-  int frames = 0;             // the first so many; 0: as many as make the world's way
-  int every = 1;              // take every n-th
-  double wrong_share = 0.05;  // of the feature-level worlds' keypoints
-  double noise_px = 0.5;      // of the feature-level worlds' keypoints
-  double noise_ratio = 1;     // the same: noise over what the keypoints claim
+  // sideways, forward, loop; lap, turn, tiles, block, rendered_corridor (rendered); street,
+  // corridor (straight, the latter the same again each 40 m); a file of poses (.txt); or a folder
+  std::string world = "sideways";
+  std::string event = "none";  // of the rendered worlds (simulation/simulated_world.h)
+  int frames = 0;              // the first so many; 0: as many as make the world's way
+  int every = 1;               // take every n-th
+  double wrong_share = 0.05;   // of the feature-level worlds' keypoints
+  double noise_px = 0.5;       // of the feature-level worlds' keypoints
+  double noise_ratio = 1;      // the same: noise over what the keypoints claim
   // The same: what the calibration that the mapper is told is off by, in the sigmas that
   // MeasurementOptions has by default.
   double calibration_off = 0;

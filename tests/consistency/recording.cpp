@@ -37,7 +37,7 @@ std::optional<Rigid3> Recording::world_from_camera(int i) const {
 Recording rendered(const SimulationOptions& options, const std::filesystem::path& cache) {
   const auto world = std::make_shared<const SimulatedWorld>(options);
   Recording recording;
-  recording.name = "courtyard";
+  recording.name = options.world;
   recording.camera = world->camera();
   recording.truth_is_exact = true;
   for (int i = 0; i < world->num_frames(); ++i) {
@@ -45,7 +45,9 @@ Recording rendered(const SimulationOptions& options, const std::filesystem::path
     recording.truth.push_back({seconds(world->time_us(i)), world->world_from_camera(i)});
   }
   const std::filesystem::path folder =
-      cache.empty() ? cache : cache / (options.motion + std::to_string(options.seed));
+      cache.empty() ? cache
+                    : cache / (options.world + '_' + options.motion + '_' + options.event + '_' +
+                               std::to_string(options.seed));
   if (!folder.empty()) std::filesystem::create_directories(folder);
   recording.image = [world, folder](int i) { return kept(folder, i, *world); };
   return recording;

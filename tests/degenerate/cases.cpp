@@ -1,5 +1,6 @@
 #include "degenerate/cases.h"
 
+#include <tuple>
 #include <vector>
 
 namespace eifmap::test {
@@ -91,6 +92,15 @@ std::vector<Case> make_cases() {
   {
     Case& c = add("black_walking", with_event(images("courtyard", "lap", 300), "black", 6, 2));
     c.from_s = 6, c.to_s = 8, c.lost_during = true;
+  }
+  // Into the dark, and out of it where it has been long before.
+  for (const auto& [name, world, motion, from] : {std::tuple{"kidnapped", "courtyard", "lap", 6.0},
+                                                  {"kidnapped_street", "street", "drive", 6.0},
+                                                  {"kidnapped_block", "block", "lap", 10.0}}) {
+    const int num_frames = static_cast<int>(20 * (from + 6));
+    Case& c = add(name, with_event(images(world, motion, num_frames), "kidnapped", from, 1));
+    c.from_s = from, c.to_s = from + 1, c.tracked_after = 0.9;
+    c.lost_during = c.same_map_after = true;
   }
   {
     Case& c = add("tiles", images("tiles", "lap", 240));

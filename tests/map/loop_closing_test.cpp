@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <map>
+#include <utility>
 
 #include "geometry/triangulation.h"
 #include "map/audit.h"
@@ -34,11 +36,12 @@ MapperOptions test_options() {
 }
 
 // A feature's track goes on for as long as each keyframe sees it, and is another one afterwards.
-Map there_and_back(const SyntheticStream& world, int keyframes = kKeyframes) {
+Map map_along(int keyframes, const std::function<Rigid3(int)>& pose_of,
+              const std::function<ObservedFrame(int)>& view) {
   Map map(synthetic_camera(), test_options());
   std::map<float, int> tracks;  // by what is seen
   for (int k = 0; k < keyframes; ++k) {
-    map.add_keyframe(observed_view(world, k, true_pose(k)), true_pose(k));
+    map.add_keyframe(view(k), pose_of(k));
     std::map<float, int> now;
     for (const int keypoint : map.keyframe(k).observed().minus.index) {
       const float which = map.keyframe(k).observed().frame.keypoints[keypoint].response;
@@ -83,7 +86,8 @@ double off(const Map& map, int k) {
 
 const Map& scene() {
   static const SyntheticStream world;
-  static const Map map = there_and_back(world);
+  static const Map map =
+      map_along(kKeyframes, true_pose, [](int k) { return observed_view(world, k, true_pose(k)); });
   return map;
 }
 
@@ -154,6 +158,36 @@ TEST(LoopGate, RefusesWhatTheFilterKnowsToBeImpossible) {
   EXPECT_EQ(grown.reason, Reason::kLoopImpossible);
 }
 
+// Of three rooms side by side with the same in each: what a camera sees of the first, and of the
+// others as if these were where the first one is.
+constexpr double kRoom = 22;  // m
+
+ObservedFrame view_of_rooms(const SyntheticStream& room, int k, const Rigid3& pose) {
+  constexpr int kPoints = 1000;  // more than there are in a room
+  FeatureFrame all;
+  for (int copy = 0; copy < 3; ++copy) {
+    const Rigid3 in_room(pose.rotation, pose.translation - Eigen::Vector3d(copy * kRoom, 0, 0));
+    FeatureFrame seen = room.view(k, in_room);
+    for (Keypoint& keypoint : seen.keypoints)
+      keypoint.response = 1 / (1 / keypoint.response + static_cast<float>(copy * kPoints));
+    seen.keypoints.insert(seen.keypoints.begin(), all.keypoints.begin(), all.keypoints.end());
+    seen.descriptors.insert(seen.descriptors.begin(), all.descriptors.begin(),
+                            all.descriptors.end());
+    all = std::move(seen);
+  }
+  return observe(all, synthetic_camera(), MapSign::kMinus, MapperOptions().sigma_factor);
+}
+
+// Past all of them: the third is like the first and like the second.
+const Map& three_rooms() {
+  constexpr int kOfRoom = 28;  // keyframes
+  static const SyntheticStream room;
+  const auto pose_of = [](int k) { return Rigid3({1, 0, 0, 0}, {kRoom / kOfRoom * k, 0, 0}); };
+  static const Map map = map_along(2 * kOfRoom + 3, pose_of,
+                                   [&](int k) { return view_of_rooms(room, k, pose_of(k)); });
+  return map;
+}
+
 LoopOutcome close(Map& map, const MapperOptions& options) {
   LoopSearch search;
   LoopOutcome outcome;
@@ -206,6 +240,31 @@ TEST(LoopClosing, LeavesTheMapWhereItRefuses) {
   EXPECT_EQ(map.epoch(), scene().epoch());
   for (int k = 0; k < map.num_keyframes(); ++k)
     EXPECT_EQ(map.pose(k).translation, scene().pose(k).translation);
+}
+
+TEST(LoopGate, RefusesAPlaceThatIsNotTheOnlyOne) {
+  const Map& map = three_rooms();
+  for (const int old : {2, 30}) {
+    LoopFit fit = fit_loop(map, old, map.newest(), test_options());
+    ASSERT_TRUE(fit.ok()) << fit.detail;
+    EXPECT_NEAR((fit.world_from_newest.translation - map.pose(old).translation).norm(), 0, 0.05);
+    check_only_place(map, test_options(), fit);
+    EXPECT_EQ(fit.reason, Reason::kLoopAmbiguous) << fit.detail;
+  }
+}
+
+// Where the filter cannot tell rooms apart either, for the way may be off by as much as it is long.
+TEST(LoopClosing, LeavesTheMapWhereAnotherPlaceLooksTheSame) {
+  Map map = three_rooms();
+  MapperOptions options = test_options();
+  options.loop.drift_share = 1;
+  const LoopOutcome outcome = close(map, options);
+  EXPECT_TRUE(outcome.found);
+  EXPECT_EQ(outcome.reason, Reason::kLoopAmbiguous) << outcome.detail;
+  EXPECT_EQ(map.num_landmarks(), three_rooms().num_landmarks());
+  EXPECT_EQ(map.epoch(), three_rooms().epoch());
+  for (int k = 0; k < map.num_keyframes(); ++k)
+    EXPECT_EQ(map.pose(k).translation, three_rooms().pose(k).translation);
 }
 
 TEST(LoopGraph, AsItIsHasNoErrorButTheLoops) {

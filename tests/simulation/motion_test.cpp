@@ -50,5 +50,32 @@ TEST(Motion, DrivingGoesAheadAndSidewaysToTheRight) {
   EXPECT_LT(angle_deg(step(sideways, 0, 4)), 20);
 }
 
+// Ahead on the way, never a jump, and after a lap at the beginning.
+TEST(Motion, DrivingRoundABlockLeadsBack) {
+  constexpr double kSpeed = 5;
+  const RoundedRectangle way{-10, 12, -8, 7, 6};
+  const Motion drive = driving_round(way, 1.5, kSpeed);
+  const double lap = way.lap_length() / kSpeed;
+  EXPECT_NEAR(way.lap_length(), 2 * (10 + 3) + 2 * M_PI * 6, 1e-9);
+  EXPECT_GT((drive(1).translation - drive(0).translation).normalized().x(), 0.99);  // east
+  for (double t = 0; t < lap; t += 0.05) {
+    const Rigid3 moved = step(drive, t, t + 0.05);
+    EXPECT_NEAR(moved.translation.z(), 0.05 * kSpeed, 0.02) << t;
+    EXPECT_LT(moved.translation.head<2>().norm(), 0.03) << t;
+    EXPECT_LT(angle_deg(moved), 3) << t;
+    EXPECT_NEAR(drive(t).translation.y(), -1.5, 0.02);
+  }
+  EXPECT_LT((drive(lap).translation - drive(0).translation).norm(), 0.25);
+  EXPECT_GT((drive(lap / 2).translation - drive(0).translation).norm(), 10);
+}
+
+TEST(Motion, CarriedAwayItGoesOnFromElsewhere) {
+  const Motion walk = walking({}), carried = with_carrying(walk, 6, 2, 1);
+  EXPECT_EQ(carried(5.9).translation, walk(5.9).translation);
+  EXPECT_EQ(carried(6).translation, walk(1).translation);
+  EXPECT_EQ(carried(8).translation, walk(1).translation);
+  EXPECT_EQ(carried(10).translation, walk(3).translation);
+}
+
 }  // namespace
 }  // namespace eifmap::simulation

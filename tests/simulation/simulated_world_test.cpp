@@ -56,6 +56,7 @@ Difference warp_difference(const SimulatedWorld& world, int a, int b, const Rigi
       differences.push_back(std::abs(sample<std::uint8_t>(image_b, p.x(), p.y()) -
                                      image_a.at<std::uint8_t>(row, column)));
     }
+  if (differences.empty()) return {255, 0};
   return {median(differences), static_cast<double>(differences.size()) / pixels};
 }
 
@@ -112,6 +113,68 @@ TEST(SimulatedWorld, ImagesAgreeInWhatIsHardToMap) {
       EXPECT_GT(next.share, 0.5) << world_name << ' ' << motion << ' ' << frame;
     }
   }
+}
+
+// Straight on, in turns, and a lap later the same again.
+TEST(SimulatedWorld, ASecondLapRoundTheBlockSeesWhatTheFirstSaw) {
+  SimulationOptions options;
+  options.world = "block";
+  options.num_frames = 600;
+  options.noise = 0;
+  const SimulatedWorld world(options);
+  for (const int frame : {0, 60, 130, 290}) {
+    const auto next = warp_difference(world, frame, frame + 1, {});
+    EXPECT_LT(next.median, 2.5) << frame;
+    EXPECT_GT(next.share, 0.6) << frame;
+    const auto lap_later = warp_difference(world, frame, frame + 300, {});
+    EXPECT_LT(lap_later.median, 2.5) << frame;
+    EXPECT_GT(lap_later.share, 0.5) << frame;
+  }
+  EXPECT_LT(warp_difference(world, 0, 75, {}).share, 0.05) << "another street is another";
+}
+
+// Seen from 4.2 m farther on it is as if one had not moved.
+TEST(SimulatedWorld, ACorridorIsTheSameAgainAndAgain) {
+  SimulationOptions options;
+  options.world = "corridor";
+  options.motion = "walk";
+  options.noise = 0;
+  const SimulatedWorld world(options);
+  const auto next = warp_difference(world, 0, 1, {});
+  EXPECT_LT(next.median, 2.5);
+  EXPECT_GT(next.share, 0.6);
+  const Rigid3 pose = world.world_from_camera(60);
+  const auto farther = [&pose](double metres) {
+    return pose.inverse() * Rigid3({1, 0, 0, 0}, {0, 0, -metres}) * pose;
+  };
+  const auto period = warp_difference(world, 0, 60, farther(4.2));
+  EXPECT_LT(period.median, 2.5);
+  EXPECT_GT(period.share, 0.5);
+  EXPECT_GT(warp_difference(world, 0, 60, farther(2.1)).median, 4 * period.median);
+}
+
+// In the dark, then where it has been before, and on from there.
+TEST(SimulatedWorld, AKidnappedCameraIsElsewhereAfterTheDark) {
+  SimulationOptions options;
+  options.noise = 0;
+  const SimulatedWorld plain(options);
+  options.event = "kidnapped";
+  options.event_from_s = 5;
+  options.event_for_s = 1.5;
+  options.event_to_s = 2;
+  const SimulatedWorld world(options);
+  const auto at = [](const SimulatedWorld& w, int frame) {
+    return w.world_from_camera(frame).translation;
+  };
+  EXPECT_EQ(at(world, 99), at(plain, 99));
+  EXPECT_EQ(at(world, 100), at(plain, 40));
+  EXPECT_EQ(at(world, 129), at(plain, 40));
+  EXPECT_NEAR((at(world, 145) - at(plain, 55)).norm(), 0, 1e-9);
+  cv::Scalar dark = cv::mean(world.render(129));
+  EXPECT_LT(dark[0], 10);
+  cv::Mat difference;
+  cv::absdiff(world.render(130), plain.render(40), difference);
+  EXPECT_EQ(cv::countNonZero(difference), 0);
 }
 
 // The share of pixels that differ between two worlds at a frame, noise aside.
@@ -274,6 +337,12 @@ TEST(SimulatedWorld, SaysWhichOptionIsWrong) {
   options = {};
   options.event = "bus";
   EXPECT_NE(options.problem().find("street"), std::string::npos);
+  options.event = "kidnapped";
+  options.event_to_s = -1;
+  EXPECT_NE(options.problem().find("event_to_s"), std::string::npos);
+  options.motion = "pan";
+  EXPECT_NE(options.problem().find("another motion"), std::string::npos);
+  options = {};
   options.event = "rain";
   EXPECT_NE(options.problem().find("'rain'"), std::string::npos);
   options = {};

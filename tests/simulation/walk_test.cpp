@@ -72,6 +72,17 @@ TEST(Walk, TurnsFastAtTheCorners) {
   EXPECT_LT((centre(lap) - centre(0)).norm(), 0.4);
 }
 
+TEST(Walk, LeadsStraightOn) {
+  Walk walk;
+  walk.path = Path::kStraight;
+  walk.inwards = 0;
+  const Rigid3 begin = walk.world_from_camera(0), end = walk.world_from_camera(10);
+  EXPECT_NEAR(end.translation.z() - begin.translation.z(), 10 * walk.speed, 0.2);
+  EXPECT_LT(std::abs(end.translation.x() - begin.translation.x()), 0.3);
+  for (double t = 0; t < 10; t += 0.5)
+    EXPECT_LT(std::abs(heading_of(walk.world_from_camera(t))), 0.2) << t;  // north
+}
+
 TEST(Walk, RollsAsFarAsAskedAndGoesTheSameWay) {
   Walk level, rolled;
   rolled.roll = 0.5;
