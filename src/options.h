@@ -62,8 +62,8 @@ struct TrackingOptions {
 struct KeyframeOptions {
   double min_tracked_ratio = 0.6;    // fewer of the reference's landmarks tracked: a new keyframe
   double max_baseline_ratio = 0.05;  // baseline / median depth above this: a new keyframe
-  // That of the nearest keyframe which sees this share of the tracked landmarks. Above 1: that of
-  // the reference.
+  // That of the reference, or of a keyframe before the newest that sees this share of the tracked
+  // landmarks. Above 1: of the reference.
   double near_share = 0.5;
   // With fewer tracked landmarks than this the map needs new ones soon: half the baseline will do.
   int few_tracked = 120;

@@ -85,16 +85,17 @@ double median_sight_depth(const Map& map, const Rigid3& world_from_camera,
   return take_median(depths);
 }
 
-// Of the camera from the nearest keyframe that sees so much of what the frame sees: on a way back
-// the reference is not it.
-double shortest_baseline(const Map& map, const Tracking& tracking, double near_share) {
+// Of the camera from the reference, or a nearer keyframe that sees much of what the frame sees: on
+// a way back the reference is not the nearest. The newest keyframes do not count: of a camera that
+// wavers too few would come, and one run of four bridged a gap in a recording with twice the error.
+double shortest_baseline(const Map& map, const Tracking& tracking, const KeyframeOptions& options) {
   const std::vector<int> seen = num_seen(map, tracking.sights);
-  const double enough = near_share * static_cast<double>(tracking.sights.size());
+  const double enough = options.near_share * static_cast<double>(tracking.sights.size());
   const auto baseline = [&](int k) {
     return (tracking.world_from_camera.translation - map.pose(k).translation).norm();
   };
   double shortest = baseline(tracking.reference);
-  for (int k = 0; k < map.num_keyframes(); ++k)
+  for (int k = 0; k < map.num_keyframes() - options.keep_newest; ++k)
     if (seen[k] > 0 && seen[k] >= enough) shortest = std::min(shortest, baseline(k));
   return shortest;
 }
@@ -151,8 +152,7 @@ bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual
   if (sigma_centre(tracking) > std::max(0.1 * baseline, 0.01 * depth)) return false;
   const double haste = inliers < options.keyframe.few_tracked ? 0.5 : 1;
   const double far = haste * options.keyframe.max_baseline_ratio * depth;
-  if (baseline > far && shortest_baseline(map, tracking, options.keyframe.near_share) > far)
-    return true;
+  if (baseline > far && shortest_baseline(map, tracking, options.keyframe) > far) return true;
   return inliers < options.keyframe.min_tracked_ratio * usual.most_tracked;
 }
 

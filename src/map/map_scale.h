@@ -36,8 +36,8 @@ bool is_spare(const Map& map, int keyframe);
 // map is not to be trusted.
 Reason fix_scale(Map& map, const MeasurementOptions& options);
 
-// Writes what the map's scale and its place in earth are known to; after fix_scale() once more where
-// the map has changed as a whole.
+// Writes what the map's scale and its place in earth are known to; after fix_scale() once more
+// where the map has changed as a whole.
 void judge_scale(Map& map, const MeasurementOptions& options);
 
 }  // namespace eifmap

@@ -5,9 +5,10 @@
 //   {"kind": "gravity", "utime": US, "down": [X, Y, Z], "sigma": RAD}
 //   {"kind": "landmarks", "utime": US, "map": ID, "a": ID, "b": ID, "length": M, "sigma": M}
 // A position may have a "covariance" of nine numbers, by rows, in the place of "sigma", and a
-// "lever" [X, Y, Z]: where on the camera it is, in its frame. "down" is in the camera's frame, of any
-// length but 0. Landmarks have the ids of map updates, and are in the map by the time. What a server and a log write has its
-// name, too, "publisher" and "seq"; without, publisher is 0 and seq counts the lines from 0.
+// "lever" [X, Y, Z]: where on the camera it is, in its frame. "down" is in the camera's frame, of
+// any length but 0. Landmarks have the ids of map updates, and are in the map by the time. What a
+// server and a log write has its name, too, "publisher" and "seq"; without, publisher is 0 and seq
+// counts the lines from 0.
 #pragma once
 
 #include <filesystem>

@@ -61,8 +61,10 @@ MapperOptions mapper_options(const Options& options, bool with) {
     base = parsed.config;
   }
   base.mapper.loop.enabled = with;
-  if (!with)
-    base.mapper.tracking.near_keyframes = 0;  // that joins passes, too, where drift is small
+  if (!with) {  // nor known again while it is tracked, which joins passes where drift is small
+    base.mapper.tracking.near_keyframes = 0;
+    base.mapper.keyframe.near_share = 2;
+  }
   return base.mapper;
 }
 
