@@ -134,7 +134,6 @@ MapperOptions MapperOptions::paper() {
   paper.tracking.fall_back = false;
   paper.tracking.search_sigma = 0;
   paper.tracking.second_search = false;
-  paper.keyframe.near_share = 2;
   paper.landmark.promote_omega_p = false;
   paper.landmark.min_views = 2;
   paper.filter.relinearize = Relinearize::kOnce;

@@ -152,7 +152,9 @@ bool wants_keyframe(const Map& map, const Tracking& tracking, const Usual& usual
   if (sigma_centre(tracking) > std::max(0.1 * baseline, 0.01 * depth)) return false;
   const double haste = inliers < options.keyframe.few_tracked ? 0.5 : 1;
   const double far = haste * options.keyframe.max_baseline_ratio * depth;
-  if (baseline > far && shortest_baseline(map, tracking, options.keyframe) > far) return true;
+  const bool is_near = options.tracking.near_keyframes > 0 &&
+                       shortest_baseline(map, tracking, options.keyframe) <= far;
+  if (baseline > far && !is_near) return true;
   return inliers < options.keyframe.min_tracked_ratio * usual.most_tracked;
 }
 

@@ -39,6 +39,12 @@ SafeView::SafeView(const Camera& camera) {
   }
 }
 
+SafeView::SafeView(const ObservedFrame& observed) {
+  min_.setConstant(std::numeric_limits<double>::infinity());
+  max_.setConstant(-std::numeric_limits<double>::infinity());
+  for (const Eigen::Vector2d& x : observed.x) min_ = min_.cwiseMin(x), max_ = max_.cwiseMax(x);
+}
+
 std::vector<int> landmarks_expected(const Map& map, const SafeView& view,
                                     const Rigid3& world_from_camera,
                                     const std::vector<int>& tracks) {

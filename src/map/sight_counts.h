@@ -17,6 +17,8 @@ namespace eifmap {
 class SafeView {
  public:
   explicit SafeView(const Camera& camera);
+  // Where the image's own features are.
+  explicit SafeView(const ObservedFrame& observed);
   bool contains(const Eigen::Vector2d& x) const {
     return (x.array() >= min_.array()).all() && (x.array() <= max_.array()).all();
   }

@@ -1,4 +1,4 @@
-// The world `corridor`: indoors, 2.4 m wide, 2.7 m high and 60 m long; every 4.2 m the same doors,
+// The world `corridor`: indoors, 2.4 m wide, 2.7 m high and 63 m long; every 4.2 m the same doors,
 // boards, radiators and lamps, on the same walls and tiles. Its ends alone differ.
 #pragma once
 

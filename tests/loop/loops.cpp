@@ -61,10 +61,6 @@ MapperOptions mapper_options(const Options& options, bool with) {
     base = parsed.config;
   }
   base.mapper.loop.enabled = with;
-  if (!with) {  // nor known again while it is tracked, which joins passes where drift is small
-    base.mapper.tracking.near_keyframes = 0;
-    base.mapper.keyframe.near_share = 2;
-  }
   return base.mapper;
 }
 

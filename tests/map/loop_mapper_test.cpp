@@ -67,11 +67,9 @@ struct LapRun {
   double error = 0;  // m, RMSE after alignment
 };
 
-// Without: neither closed, nor joined frame by frame with what is near.
 LapRun run(bool closes, KeyframeRunner* runner = nullptr) {
   MapperOptions options;
   options.loop.enabled = closes;
-  if (!closes) options.tracking.near_keyframes = 0;
   Mapper mapper(world().camera(), options);
   if (runner) mapper.set_keyframe_runner(runner, true);
   LapRun run;

@@ -102,10 +102,8 @@ TEST(OtherPlace, WhereFewAgreeOtherKeyframesAreAsked) {
   add_place(world, Rigid3(), 6, map);
   add_place(world, Rigid3(), 1, map);
   const ObservedFrame view = observed_view(world, 2, kNear);
-  MapperOptions options;
-  options.tracking.near_keyframes = 0;  // they would see more, and nobody be asked
   const auto track = [&](int neighbours) {
-    return track_frame(map, view, 1, {kLast}, options, neighbours);
+    return track_frame(map, view, 1, {kLast}, MapperOptions(), neighbours);
   };
   const Tracking alone = track(0), with_others = track(3);
   ASSERT_TRUE(alone.ok()) << alone.detail;

@@ -19,13 +19,6 @@ struct Walk {
   double farthest = 0;
 };
 
-// A keyframe wherever the reference is far, so that some become redundant.
-MapperOptions eager() {
-  MapperOptions options;
-  options.keyframe.near_share = 2;
-  return options;
-}
-
 // So many times along 4 m and back.
 Walk to_and_fro(int times, const MapperOptions& options, bool measured = false) {
   constexpr int kSteps = 40;
@@ -56,8 +49,8 @@ Walk to_and_fro(int times, const MapperOptions& options, bool measured = false) 
 }
 
 TEST(Redundancy, KnownGroundDoesNotMakeTheMapGrowWithoutEnd) {
-  const MapperOptions options = eager();
-  MapperOptions keeping = options;
+  const MapperOptions options;
+  MapperOptions keeping;
   keeping.keyframe.redundant_share = 2;
   const Walk once = to_and_fro(1, options), often = to_and_fro(4, options);
   const Walk kept = to_and_fro(4, keeping);
@@ -69,7 +62,7 @@ TEST(Redundancy, KnownGroundDoesNotMakeTheMapGrowWithoutEnd) {
 
 // Nor with a position of each image, which go with their keyframes.
 TEST(Redundancy, NorDoesTheMapGrowWithSteadyPositions) {
-  const MapperOptions options = eager();
+  const MapperOptions options;
   const Walk without = to_and_fro(4, options), once = to_and_fro(1, options, true);
   const Walk often = to_and_fro(4, options, true);
   EXPECT_EQ(often.lost, 0);

@@ -39,10 +39,9 @@ Keyframes keyframes(const MapperOptions& options) {
 
 // Measured: 93 on the way there, 36 on the way back; 54 where only the reference counts.
 TEST(WayBack, ReusesTheKeyframesOfTheWayThere) {
-  MapperOptions plain_options;
-  plain_options.tracking.near_keyframes = 0;
-  plain_options.keyframe.near_share = 2;
-  const Keyframes now = keyframes({}), plain = keyframes(plain_options);
+  MapperOptions options;
+  options.tracking.near_keyframes = 6;
+  const Keyframes now = keyframes(options), plain = keyframes({});
   EXPECT_GT(now.there, 50);
   EXPECT_LT(2 * now.back, now.there) << now.back;
   EXPECT_LT(4 * now.back, 3 * plain.back) << plain.back;
