@@ -167,6 +167,15 @@ struct LoopCounts {
   std::string last;  // what became of the last one, in words
 };
 
+// Maps that the camera left, and what became of them.
+struct SubmapCounts {
+  std::int64_t kept = 0;      // now, beside the one in use
+  std::int64_t returned = 0;  // times that the camera was found in one
+  std::int64_t merged = 0;    // times that one became one with the map in use
+  std::map<Reason, std::int64_t> refused;  // merges
+  std::string last;                        // what became of the last one, in words
+};
+
 struct MapperStatistics {
   std::int64_t frames = 0;   // processed, rejected ones left out
   std::int64_t tracked = 0;  // with a pose at the time
@@ -182,6 +191,7 @@ struct MapperStatistics {
   std::map<PoseSource, std::int64_t> sources;
   std::map<Reason, std::int64_t> reasons;
   LoopCounts loops;
+  SubmapCounts submaps;
   ScaleState scale;  // of the current map
   EarthState earth;  // of it
   // Absolute measurements of all maps: used, refused, and those that still wait.
