@@ -33,7 +33,9 @@ inline constexpr std::int64_t kAdoptedAtOnce = -1;
 // One per processed frame, lost ones too.
 struct FrameResult {
   std::int64_t time_us = 0, publisher = 0, seq = -1;
-  std::int64_t map_id = 0, map_epoch = 0, map_seq = 0;  // the map that the pose rests on
+  // The map that the pose rests on. map_id is its name; map_epoch grows by every correction of all
+  // of it, and whenever another map is in use, be it one of before: maps are ordered by it.
+  std::int64_t map_id = 0, map_epoch = 0, map_seq = 0;
   TrackingState state = TrackingState::kWaiting;
   PoseSource source = PoseSource::kNone;
   Reason reason = Reason::kNone;

@@ -62,9 +62,9 @@ bool Mapper::State::find_in_kept(const ObservedFrame& observed, FrameResult& res
     again = observe(observed.frame, camera, map.map_sign(), map.sigma_factor());
     tracking = relocalize(
         map, again, keyframes_to_try(there->live, again.frame, options.lost.places), options);
-    if (!tracking.ok() ||
-        share_seen(map, tracking.reference, again, tracking.world_from_camera,
-                   there->live.sight_counts.view(), options) < options.lost.min_share_seen)
+    if (!tracking.ok() || !seen_again(map, tracking.reference, again, tracking.world_from_camera,
+                                      there->live.sight_counts.view(), options)
+                               .is_all_over(options.lost))
       return false;
   }
   const std::int64_t found_in = there->map_id;

@@ -115,6 +115,7 @@ MergeOutcome merge_maps(const Map& here, std::int64_t map_id, int newest,
   std::vector<char> elsewhere;
   for (int k = 0; k < there.num_keyframes(); ++k) elsewhere.push_back(!there.is_removed(k));
   check_only_place(there, here.keyframe(newest).observed(), elsewhere, options, last);
+  if (last.ok()) check_surroundings(there, here, view, options, last);
   outcome.reason = last.reason;
   if (!last.ok()) {
     outcome.detail += last.detail;

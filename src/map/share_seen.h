@@ -2,17 +2,30 @@
 // something in common differ in the rest.
 #pragma once
 
+#include <vector>
+
 #include "map/map.h"
 #include "map/sight_counts.h"
 #include "options.h"
 
 namespace eifmap {
 
-// Of the landmarks around `keyframe` that the map has seen well and that the camera should see from
-// the pose, the share that was observed there; 0 where it should see none. About 1 where all is as
-// it was, but for what the detector misses.
-double share_seen(const Map& map, int keyframe, const ObservedFrame& observed,
-                  const Rigid3& world_from_camera, const SafeView& view,
-                  const MapperOptions& options);
+// Landmarks that the map has seen well and that the camera should see from where it is.
+struct SeenAgain {
+  int expected = 0, seen = 0;
+  // Not seen, and none of those next to it in the image either. What a detector misses is missed
+  // here and there; what is not there at all leaves a hole.
+  int in_holes = 0;
+
+  double share() const { return expected == 0 ? 0 : static_cast<double>(seen) / expected; }
+  // Enough of them is seen, all over the image.
+  bool is_all_over(const LostOptions& options) const;
+};
+
+// Of the landmarks around `keyframe` what was observed from the pose. `around`: keyframes, itself
+// among them, whose landmarks are asked for.
+SeenAgain seen_again(const Map& map, int keyframe, const ObservedFrame& observed,
+                     const Rigid3& world_from_camera, const SafeView& view,
+                     const MapperOptions& options, int around = 12);
 
 }  // namespace eifmap

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/similarity.h"
+
 namespace eifmap::test {
 namespace {
 

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "geometry/similarity.h"
 #include "mapper.h"
 #include "support/room_world.h"
 

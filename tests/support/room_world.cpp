@@ -102,7 +102,7 @@ Rigid3 RoomWorld::on_the_way(double share) {
 }
 
 FeatureFrame RoomWorld::frame(const Rigid3& world_from_camera, int number) const {
-  constexpr double kNearest = 0.3, kSmallest = 1.2, kLargest = 30;  // m; px
+  constexpr double kNearest = 0.3, kFarthest = 8, kSmallest = 1.2, kLargest = 30;  // m; px
   Random random(static_cast<std::uint64_t>(options_.seed) * 1'000'003 +
                 static_cast<std::uint64_t>(number) + 1);
   const Rigid3 camera_from_world = world_from_camera.inverse();
@@ -117,7 +117,7 @@ FeatureFrame RoomWorld::frame(const Rigid3& world_from_camera, int number) const
   std::vector<int> looks;
   for (const Point& point : points_) {
     const Vector3d x = camera_from_world * point.place;
-    if (x.z() < kNearest || (centre - point.place).dot(point.faces) <= 0) continue;
+    if (x.z() < kNearest || x.norm() > kFarthest || (centre - point.place).dot(point.faces) <= 0) continue;
     if (!sees(centre, point.place, kHalf) || !sees(centre, point.place, kApart - kHalf)) continue;
     const double scale = camera_.fx * point.size / x.z();
     if (scale < kSmallest || scale > kLargest) continue;

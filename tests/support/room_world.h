@@ -1,5 +1,6 @@
 // Two rooms and a passage between them, among whose walls a camera is walked and carried: points
-// with descriptors that never change, seen where no wall is between, without images.
+// with descriptors that never change, seen from near where no wall is between, so that from the one
+// room nothing is seen of the other; without images.
 #pragma once
 
 #include <Eigen/Core>
