@@ -112,7 +112,7 @@ class CameraMapper {
   // A mapper counts its maps from 1, and how often what it publishes becomes another from 0; what
   // is published goes on counting from the mapper before.
   std::int64_t map_id_offset_ = 0, epoch_offset_ = 0;
-  std::int64_t largest_map_id_ = 0, largest_epoch_ = 0;  // published so far
+  std::int64_t largest_map_id_ = 0, largest_epoch_ = 0;    // published so far
   std::int64_t map_id_ = 0, map_epoch_ = 0, map_seq_ = 0;  // published last
   std::set<std::string> guessed_;  // cameras whose calibration in use is a guess
   StreamBook streams_;

@@ -171,9 +171,9 @@ struct LoopCounts {
 
 // Maps that the camera left, and what became of them.
 struct SubmapCounts {
-  std::int64_t kept = 0;      // now, beside the one in use
-  std::int64_t returned = 0;  // times that the camera was found in one
-  std::int64_t merged = 0;    // times that one became one with the map in use
+  std::int64_t kept = 0;                   // now, beside the one in use
+  std::int64_t returned = 0;               // times that the camera was found in one
+  std::int64_t merged = 0;                 // times that one became one with the map in use
   std::map<Reason, std::int64_t> refused;  // merges
   std::string last;                        // what became of the last one, in words
 };

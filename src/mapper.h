@@ -45,8 +45,8 @@ class Mapper {
   // Waits for a job that is running and adopts it; true when the map has changed.
   bool settle();
 
-  // What changed since the last call; the first one of each map_epoch is a whole map. To be asked for
-  // when a frame or settle() says so.
+  // What changed since the last call; the first one of each map_epoch is a whole map. To be asked
+  // for when a frame or settle() says so.
   MapUpdate map_update();
 
   const MapperStatistics& statistics() const;

@@ -60,8 +60,8 @@ bool Mapper::State::find_in_kept(const ObservedFrame& observed, FrameResult& res
     const Step step(observer, "relocalize");
     const Map& map = there->live.map();
     again = observe(observed.frame, camera, map.map_sign(), map.sigma_factor());
-    tracking = relocalize(
-        map, again, keyframes_to_try(there->live, again.frame, options.lost.places), options);
+    tracking = relocalize(map, again,
+                          keyframes_to_try(there->live, again.frame, options.lost.places), options);
     if (!tracking.ok() || !seen_again(map, tracking.reference, again, tracking.world_from_camera,
                                       there->live.sight_counts.view(), options)
                                .is_all_over(options.lost))

@@ -58,7 +58,7 @@ class MapAssembler {
 
   std::size_t max_waiting_;
   PublishedMap map_;
-  std::int64_t newest_epoch_ = 0;  // map_epoch, of the parts of this map
+  std::int64_t newest_epoch_ = 0;            // map_epoch, of the parts of this map
   std::map<std::int64_t, Pending> pending_;  // by seq
   std::int64_t lost_ = 0;
 };

@@ -10,10 +10,9 @@ std::optional<KeptMap> KeptMaps::keep(KeptMap map) {
   maps_.push_back(std::move(map));
   if (size() <= most_) return std::nullopt;
   const auto keyframes = [](const KeptMap& m) { return m.live.map().num_keyframes_in_use(); };
-  const auto least =
-      std::min_element(maps_.begin(), maps_.end(), [&](const KeptMap& a, const KeptMap& b) {
-        return keyframes(a) < keyframes(b);
-      });
+  const auto least = std::min_element(
+      maps_.begin(), maps_.end(),
+      [&](const KeptMap& a, const KeptMap& b) { return keyframes(a) < keyframes(b); });
   return take(least->map_id);
 }
 

@@ -28,7 +28,7 @@ class KeptMaps {
   std::optional<KeptMap> keep(KeptMap map);
   KeptMap take(std::int64_t map_id);  // throws std::out_of_range where it is not kept
 
-  KeptMap* find(std::int64_t map_id);     // null where it is not kept
+  KeptMap* find(std::int64_t map_id);  // null where it is not kept
   // Of the maps in turn, one image after the other; null of none.
   KeptMap* next_to_try();
 

@@ -59,8 +59,8 @@ std::vector<int> places_by_look(const Map& map, const FeatureFrame& frame,
 std::vector<int> likely_places(const Map& map, int newest, int turn, const LoopOptions& options) {
   const std::vector<char> allowed = may_close(map, newest, options);
   const int count = options.max_candidates;
-  std::vector<int> places = places_by_look(
-      map, map.keyframe(newest).observed().frame, allowed, (count + 1) / 2);
+  std::vector<int> places =
+      places_by_look(map, map.keyframe(newest).observed().frame, allowed, (count + 1) / 2);
   const int left = count - static_cast<int>(places.size());
   for (const int k : places_by_position(map, newest, allowed, turn, left))
     if (!contains(places, k)) places.push_back(k);

@@ -19,11 +19,9 @@ bool settle(Map& map) {
 }
 
 int sights_left(const Map& map, int keyframe, const std::vector<LandmarkSight>& sights) {
-  return static_cast<int>(
-      std::count_if(sights.begin(), sights.end(), [&](const LandmarkSight& s) {
-        return map.keyframe(keyframe).track[s.keypoint] == s.track &&
-               map.track(s.track).is_landmark();
-      }));
+  return static_cast<int>(std::count_if(sights.begin(), sights.end(), [&](const LandmarkSight& s) {
+    return map.keyframe(keyframe).track[s.keypoint] == s.track && map.track(s.track).is_landmark();
+  }));
 }
 
 }  // namespace eifmap

@@ -100,7 +100,7 @@ bool agree(const LoopFit& a, const LoopFit& b, const Map& there, const Map& here
 void check_surroundings(const Map& there, const Map& here, const SafeView& view,
                         const MapperOptions& options, LoopFit& fit) {
   constexpr int kAskedHere = 16, kAround = 30;  // keyframes
-  constexpr int kEnough = 20;                   // landmarks expected, for a keyframe to say anything
+  constexpr int kEnough = 20;  // landmarks expected, for a keyframe to say anything
   constexpr double kNothing = 0.15, kAgainst = 0.25;  // share seen; of the keyframes asked
   const Similarity there_from_map = there_from_here(fit, here);
   int asked = 0, against = 0;
@@ -173,11 +173,11 @@ MapsFit MergeSearch::look(const Map& here, int newest, const std::vector<KeptVie
   const ObservedFrame& observed = here.keyframe(newest).observed();
   for (const Place& place : to_try(here, newest, kept, options.loop)) {
     const Map& there = *map_of(place.map_id, kept);
-    const int matched = static_cast<int>(
-        landmarks_among(there, place.keyframe,
-                        match_omega_m(there.keyframe(place.keyframe).observed(), observed,
-                                      options.match))
-            .size());
+    const int matched =
+        static_cast<int>(landmarks_among(there, place.keyframe,
+                                         match_omega_m(there.keyframe(place.keyframe).observed(),
+                                                       observed, options.match))
+                             .size());
     if (matched > most) most = matched, best = place;
   }
   ++turn_;

@@ -52,8 +52,8 @@ Map mapped(const SyntheticStream& world, int first, int last) {
   return map;
 }
 
-// As the truth of the view that the part begins with says; the first baselines have the lengths that
-// they have in the world.
+// As the truth of the view that the part begins with says; the first baselines have the lengths
+// that they have in the world.
 Similarity world_from_part(int first) {
   return part_from_world(0) * part_from_world(first).inverse();
 }

@@ -15,6 +15,7 @@ struct Limits {
   double rmse = 0.1;  // m
   double alike = 0;
   bool walks = true;
+  double towards = 0;  // rad, where one looks in the rooms: 0 along the passage
 };
 
 constexpr int kDark = 25;  // frames: longer than lost.new_map_after_s
@@ -24,10 +25,10 @@ struct Count {
 };
 
 // Into the dark and out of it in another room, or elsewhere in the same.
-void kidnap(CarriedCamera& camera, Room room, Random& random, Count& count) {
+void kidnap(CarriedCamera& camera, Room room, double towards, Random& random, Count& count) {
   const std::int64_t starts = camera.mapper().statistics().starts;
   camera.covered(kDark);
-  const double at = random.uniform(-0.4, 0.4), way = random.uniform() < 0.5 ? -0.5 : 0.5;
+  const double at = towards + random.uniform(-0.4, 0.4), way = random.uniform() < 0.5 ? -0.5 : 0.5;
   const FrameResult last = camera.look_around(room, at, at + way, 16);
   ++count.kidnappings;
   if (last.state != TrackingState::kTracking)
@@ -44,15 +45,16 @@ bool run(int seed, const Limits& limits) {
   CarriedCamera camera(world, MapperOptions());
   Random random(static_cast<std::uint64_t>(seed) + 1000);
   Count count;
-  camera.look_around(Room::kA, -0.8, 0.8, 46);
+  const double from = limits.towards - 0.8, to = limits.towards + 0.8;
+  camera.look_around(Room::kA, from, to, 46);
   camera.covered(kDark);
-  camera.look_around(Room::kB, -0.8, 0.8, 46);
-  for (int i = 0; i < 6; ++i) kidnap(camera, i % 2 == 0 ? Room::kA : Room::kB, random, count);
+  camera.look_around(Room::kB, from, to, 46);
+  for (int i = 0; i < 6; ++i)
+    kidnap(camera, i % 2 == 0 ? Room::kA : Room::kB, limits.towards, random, count);
   if (limits.walks) {
-    kidnap(camera, Room::kA, random, count);
-    const double at = 0;
+    kidnap(camera, Room::kA, limits.towards, random, count);
     camera.covered(kDark);
-    camera.look_around(Room::kA, at - 0.3, at, 9);
+    camera.look_around(Room::kA, -0.3, 0, 9);
     camera.walk(0, 1, 140);
     camera.look_around(Room::kB, 0, 0.8, 23);
   }
@@ -84,6 +86,7 @@ int main_checked(int argc, char** argv) {
   app.add_option("--first-seed", first, "the first of them");
   app.add_option("--rmse", limits.rmse, "m, of the final trajectory at most");
   app.add_option("--alike", limits.alike, "part of a wall that both rooms have in common, 0 to 1");
+  app.add_option("--towards", limits.towards, "rad, where one looks in the rooms");
   app.add_flag("--stays", stays, "never walks through the passage: no map may be merged");
   CLI11_PARSE(app, argc, argv);
   limits.walks = !stays;

@@ -16,7 +16,7 @@ constexpr int kDark = 25;  // frames: longer than lost.new_map_after_s
 
 // Map 1 is of A, map 2 of B; then from one to the other. 20 frames after a merge it ends.
 void map_both_and_walk(CarriedCamera& camera, bool from_a) {
-  camera.look_around(Room::kA, -0.4, 0.4, 24);
+  camera.look_around(Room::kA, -0.8, 0.4, 36);
   camera.covered(kDark);
   camera.look_around(Room::kB, -0.5, 0.6, 32);
   if (from_a) {

@@ -15,11 +15,11 @@ void expect_sound(const CarriedCamera& camera) {
 
 // Map 1 is of A, map 2 of B.
 void map_both(CarriedCamera& camera) {
-  const FrameResult in_a = camera.look_around(Room::kA, -0.5, 0.5, 30);
+  const FrameResult in_a = camera.look_around(Room::kA, -0.8, 0.4, 36);
   EXPECT_EQ(in_a.map_id, 1);
   EXPECT_EQ(in_a.map_epoch, 0);
   camera.covered(kDark);
-  const FrameResult in_b = camera.look_around(Room::kB, -0.5, 0.5, 30);
+  const FrameResult in_b = camera.look_around(Room::kB, -0.8, 0.4, 36);
   EXPECT_EQ(in_b.state, TrackingState::kTracking);
   EXPECT_EQ(in_b.map_id, 2);
   EXPECT_EQ(in_b.map_epoch, 1);
@@ -65,11 +65,11 @@ TEST(Return, NotWhereNoMapIsKept) {
   MapperOptions options;
   options.lost.max_kept_maps = 0;
   CarriedCamera camera(world, options);
-  camera.look_around(Room::kA, -0.5, 0.5, 30);
+  camera.look_around(Room::kA, -0.8, 0.4, 36);
   camera.covered(kDark);
-  camera.look_around(Room::kB, -0.5, 0.5, 30);
+  camera.look_around(Room::kB, -0.8, 0.4, 36);
   camera.covered(kDark);
-  const FrameResult again = camera.look_around(Room::kA, -0.5, 0.5, 30);
+  const FrameResult again = camera.look_around(Room::kA, -0.8, 0.4, 36);
   EXPECT_EQ(again.map_id, 3);
   EXPECT_EQ(again.map_epoch, 2);
   EXPECT_EQ(camera.mapper().statistics().submaps.kept, 0);

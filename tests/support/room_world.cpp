@@ -88,8 +88,7 @@ void RoomWorld::repeat_walls() {
 Rigid3 RoomWorld::in_room(bool b, double angle) {
   const Vector3d out(std::cos(angle), 0, -std::sin(angle));
   // At angle 0 the camera looks along x: z of the camera is that, its x is -z of the world.
-  const Eigen::Quaterniond turn =
-      (so3_exp({0, angle, 0}) * so3_exp({0, M_PI / 2, 0})).normalized();
+  const Eigen::Quaterniond turn = (so3_exp({0, angle, 0}) * so3_exp({0, M_PI / 2, 0})).normalized();
   return {turn, (b ? centre_of_b() : Vector3d::Zero()) + kRadius * out};
 }
 
@@ -102,7 +101,7 @@ Rigid3 RoomWorld::on_the_way(double share) {
 }
 
 FeatureFrame RoomWorld::frame(const Rigid3& world_from_camera, int number) const {
-  constexpr double kNearest = 0.3, kFarthest = 8, kSmallest = 1.2, kLargest = 30;  // m; px
+  constexpr double kNearest = 0.3, kFarthest = 15, kSmallest = 1.2, kLargest = 30;  // m; px
   Random random(static_cast<std::uint64_t>(options_.seed) * 1'000'003 +
                 static_cast<std::uint64_t>(number) + 1);
   const Rigid3 camera_from_world = world_from_camera.inverse();
@@ -117,7 +116,8 @@ FeatureFrame RoomWorld::frame(const Rigid3& world_from_camera, int number) const
   std::vector<int> looks;
   for (const Point& point : points_) {
     const Vector3d x = camera_from_world * point.place;
-    if (x.z() < kNearest || x.norm() > kFarthest || (centre - point.place).dot(point.faces) <= 0) continue;
+    if (x.z() < kNearest || x.norm() > kFarthest || (centre - point.place).dot(point.faces) <= 0)
+      continue;
     if (!sees(centre, point.place, kHalf) || !sees(centre, point.place, kApart - kHalf)) continue;
     const double scale = camera_.fx * point.size / x.z();
     if (scale < kSmallest || scale > kLargest) continue;
@@ -127,8 +127,8 @@ FeatureFrame RoomWorld::frame(const Rigid3& world_from_camera, int number) const
         pixel.x() > camera_.width - 1 || pixel.y() > camera_.height - 1)
       continue;
     frame.keypoints.push_back({static_cast<float>(pixel.x()), static_cast<float>(pixel.y()),
-                               static_cast<float>(options_.noise_px / 2),
-                               static_cast<float>(scale), 0, 1.0F / static_cast<float>(1 + looks.size()),
+                               static_cast<float>(options_.noise_px / 2), static_cast<float>(scale),
+                               0, 1.0F / static_cast<float>(1 + looks.size()),
                                static_cast<std::int8_t>(point.looks % 2 == 0 ? 1 : -1)});
     looks.push_back(point.looks);
   }

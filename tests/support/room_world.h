@@ -23,8 +23,8 @@ struct RoomWorldOptions {
   int seed = 1;
 };
 
-// Camera as in notation.md; y is down. Room A is around the origin, room B around centre_of_b(), the
-// passage leads from A to B along x. m.
+// Camera as in notation.md; y is down. Room A is around the origin, room B around centre_of_b(),
+// the passage leads from A to B along x. m.
 class RoomWorld {
  public:
   explicit RoomWorld(const RoomWorldOptions& options = {});
