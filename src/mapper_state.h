@@ -110,6 +110,7 @@ struct Mapper::State {
   std::int64_t epoch() const { return live ? epoch_before + live->map().epoch() : 0; }
   void begin_epoch(std::int64_t epoch);
   void leave_map();
+  void check_seen(const LiveMap& there, const ObservedFrame& observed, Tracking& tracking) const;
   bool find_in_kept(const ObservedFrame& observed, FrameResult& result);
   void return_to(std::int64_t kept_map, ObservedFrame observed, const Tracking& tracking,
                  FrameResult& result);

@@ -48,6 +48,18 @@ void Mapper::State::leave_map() {
   if (!finished || old.trajectory.size() > finished->trajectory.size()) finished = std::move(old);
 }
 
+// Of a place that only has something in common with where the camera is, the rest is not seen.
+void Mapper::State::check_seen(const LiveMap& there, const ObservedFrame& observed,
+                               Tracking& tracking) const {
+  if (!tracking.ok()) return;
+  const SeenAgain seen = seen_again(there.map(), tracking.reference, observed,
+                                    tracking.world_from_camera, there.sight_counts.view(), options);
+  if (seen.is_all_over(options.lost)) return;
+  tracking.reason = Reason::kNotRelocalized;
+  tracking.detail = seen.in_words();
+  tracking.source = PoseSource::kNone;
+}
+
 // A lost camera in one kept map, another with each image. Believed when two images in a row say so,
 // and see of the map what they should: true, and it is accepted there.
 bool Mapper::State::find_in_kept(const ObservedFrame& observed, FrameResult& result) {
@@ -62,10 +74,8 @@ bool Mapper::State::find_in_kept(const ObservedFrame& observed, FrameResult& res
     again = observe(observed.frame, camera, map.map_sign(), map.sigma_factor());
     tracking = relocalize(map, again,
                           keyframes_to_try(there->live, again.frame, options.lost.places), options);
-    if (!tracking.ok() || !seen_again(map, tracking.reference, again, tracking.world_from_camera,
-                                      there->live.sight_counts.view(), options)
-                               .is_all_over(options.lost))
-      return false;
+    check_seen(there->live, again, tracking);
+    if (!tracking.ok()) return false;
   }
   const std::int64_t found_in = there->map_id;
   if (seen_before == found_in) {

@@ -156,6 +156,9 @@ Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
 void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
   Tracking tracking = try_to_go_on(observed);
   if (!tracking.ok()) tracking = try_relocalize(observed);
+  // Where the camera may be in another map this one must be the better word for what it sees.
+  if (tracking.source == PoseSource::kRelocalized && kept.size() > 0)
+    check_seen(*live, observed, tracking);
   if (tracking.ok()) {
     lost_since_us.reset();
     seen_in.reset();

@@ -7,6 +7,7 @@
 #include "map/loop_search.h"
 #include "map/map_scale.h"
 #include "map/map_settling.h"
+#include "map/share_seen.h"
 
 namespace eifmap {
 namespace {
@@ -36,6 +37,37 @@ std::vector<Seen> renumbered(const std::vector<LoopFit>& fits, const MergeOutcom
     all.push_back(std::move(seen));
   }
   return all;
+}
+
+// The keyframes of both maps that are near the place, as the merged map numbers them, by map.
+struct Around {
+  std::vector<int> here, there;
+};
+
+Around around(const Map& here, const Map& there, const LoopFit& fit, const MergeOutcome& outcome) {
+  constexpr int kAsked = 24;  // of each map
+  Around found{here.covisible(fit.newest, kAsked), there.covisible(fit.old, kAsked)};
+  for (int k = here.num_keyframes() - 1, left = kAsked; k >= 0 && left > 0; --k, --left)
+    if (!here.is_removed(k)) found.here.push_back(k);
+  std::sort(found.here.begin(), found.here.end());
+  found.here.erase(std::unique(found.here.begin(), found.here.end()), found.here.end());
+  for (int& k : outcome.into_kept ? found.here : found.there) k += outcome.appended.first_keyframe;
+  return found;
+}
+
+// Where two places have something in common alone, keyframes that look past it do not see what the
+// other map has there.
+Reason check_around(const Map& map, const Around& around, const SafeView& view,
+                    const MapperOptions& options, MergeOutcome& outcome) {
+  for (const bool of_here : {false, true}) {
+    const std::vector<int> tracks = map.landmarks_of(of_here ? around.here : around.there);
+    SeenAgain all;
+    for (const int k : of_here ? around.there : around.here)
+      all.add(seen_again(map, tracks, map.keyframe(k).observed(), map.pose(k), view, options));
+    outcome.detail += "; around, " + all.in_words();
+    if (!all.is_all_over(options.lost)) return Reason::kMergeUnlike;
+  }
+  return Reason::kNone;
 }
 
 // Joins what both see, and lets the filter find the mean.
@@ -73,7 +105,7 @@ Reason may_merge(const Map& into, const Map& other, const BoundOptions& bound) {
 }
 
 Reason put_together(const Map& here, const Map& there, const std::vector<LoopFit>& fits,
-                    const MapperOptions& options, MergeOutcome& outcome) {
+                    const SafeView& view, const MapperOptions& options, MergeOutcome& outcome) {
   const Map& other = outcome.into_kept ? here : there;
   auto merged = std::make_shared<Map>(outcome.into_kept ? there : here);
   if (const Reason reason = may_merge(*merged, other, options.bound); reason != Reason::kNone)
@@ -85,6 +117,10 @@ Reason put_together(const Map& here, const Map& there, const std::vector<LoopFit
   const std::vector<Seen> all = renumbered(fits, outcome);
   if (!join(*merged, all, options, outcome.joined)) return Reason::kLoopNotConfirmed;
   if (const Reason reason = check_left(*merged, all, sights, outcome); reason != Reason::kNone)
+    return reason;
+  if (const Reason reason =
+          check_around(*merged, around(here, there, fits.back(), outcome), view, options, outcome);
+      reason != Reason::kNone)
     return reason;
   if (merged->is_measured()) judge_scale(*merged, options.measurement);
   outcome.merged = std::move(merged);
@@ -114,14 +150,13 @@ MergeOutcome merge_maps(const Map& here, std::int64_t map_id, int newest,
   std::vector<char> elsewhere;
   for (int k = 0; k < there.num_keyframes(); ++k) elsewhere.push_back(!there.is_removed(k));
   check_only_place(there, here.keyframe(newest).observed(), elsewhere, options, last);
-  if (last.ok()) check_surroundings(there, here, view, options, last);
   outcome.reason = last.reason;
   if (!last.ok()) {
     outcome.detail += last.detail;
     return outcome;
   }
   outcome.detail += "keyframe " + std::to_string(newest) + " at " + std::to_string(last.old) + ": ";
-  outcome.reason = put_together(here, there, found.fits, options, outcome);
+  outcome.reason = put_together(here, there, found.fits, view, options, outcome);
   return outcome;
 }
 

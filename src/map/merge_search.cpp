@@ -34,10 +34,8 @@ std::vector<int> likely_in(const Map& there, const FeatureFrame& frame, int turn
 
 void refuse_as_unlike(const SeenAgain& seen, LoopFit& fit) {
   fit.reason = Reason::kMergeUnlike;
-  fit.detail = "keyframe " + std::to_string(fit.newest) + " at " + std::to_string(fit.old) +
-               ": of " + std::to_string(seen.expected) + " map features that should be seen " +
-               std::to_string(seen.seen) + " are, and " + std::to_string(seen.in_holes) +
-               " are where none is";
+  fit.detail = "keyframe " + std::to_string(fit.newest) + " at " + std::to_string(fit.old) + ": " +
+               seen.in_words();
 }
 
 // What the fit's keyframe sees of the old place, and the old place of its.
@@ -95,36 +93,6 @@ bool agree(const LoopFit& a, const LoopFit& b, const Map& there, const Map& here
   covariance.bottomRightCorner<3, 3>() += scale_variance * (step * step.transpose());
   covariance.bottomRightCorner<3, 3>().diagonal().array() += floor * floor;
   return off.dot(covariance.ldlt().solve(off)) <= kGate;
-}
-
-void check_surroundings(const Map& there, const Map& here, const SafeView& view,
-                        const MapperOptions& options, LoopFit& fit) {
-  constexpr int kAskedHere = 16, kAround = 30;  // keyframes
-  constexpr int kEnough = 20;  // landmarks expected, for a keyframe to say anything
-  constexpr double kNothing = 0.15, kAgainst = 0.25;  // share seen; of the keyframes asked
-  const Similarity there_from_map = there_from_here(fit, here);
-  int asked = 0, against = 0;
-  const auto ask = [&](const Map& map, int at, const ObservedFrame& observed, const Rigid3& pose) {
-    const SeenAgain seen = seen_again(map, at, observed, pose, view, options, kAround);
-    if (seen.expected < kEnough) return;
-    ++asked;
-    against += seen.share() < kNothing;
-  };
-  for (int k = here.num_keyframes() - 1, left = kAskedHere; k >= 0 && left > 0; --k) {
-    if (here.is_removed(k)) continue;
-    --left;
-    ask(there, fit.old, here.keyframe(k).observed(),
-        (there_from_map * Similarity::of(here.pose(k))).rigid());
-  }
-  const Similarity map_from_there = there_from_map.inverse();
-  for (const int k : there.covisible(fit.old, kAskedHere))
-    ask(here, fit.newest, there.keyframe(k).observed(),
-        (map_from_there * Similarity::of(there.pose(k))).rigid());
-  if (against <= kAgainst * asked) return;
-  fit.reason = Reason::kMergeUnlike;
-  fit.detail = "keyframe " + std::to_string(fit.newest) + " at " + std::to_string(fit.old) + ": " +
-               std::to_string(against) + " of " + std::to_string(asked) +
-               " keyframes around see nothing of what they should";
 }
 
 // What was found is of a map that has changed since.

@@ -37,11 +37,6 @@ Similarity there_from_here(const LoopFit& fit, const Map& here);
 bool agree(const LoopFit& a, const LoopFit& b, const Map& there, const Map& here,
            const LoopOptions& options);
 
-// Whether the keyframes around the two see of the other map what the fit says that they should.
-// Where two places have something in common alone, those that look past it do not.
-void check_surroundings(const Map& there, const Map& here, const SafeView& view,
-                        const MapperOptions& options, LoopFit& fit);
-
 // Remembers what the keyframes before have found: several in a row must agree.
 class MergeSearch {
  public:

@@ -1,6 +1,7 @@
 #include "map/share_seen.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "geometry/projection.h"
@@ -23,8 +24,9 @@ struct Place {
   bool seen = false;
 };
 
+constexpr std::size_t kNext = 4;  // to each other, in the image
+
 int count_in_holes(const std::vector<Place>& places) {
-  constexpr std::size_t kNext = 7;  // itself among them
   if (places.size() < kNext) return 0;
   int in_holes = 0;
   std::vector<std::pair<double, std::size_t>> near(places.size());
@@ -42,16 +44,32 @@ int count_in_holes(const std::vector<Place>& places) {
 }  // namespace
 
 bool SeenAgain::is_all_over(const LostOptions& options) const {
-  constexpr double kInHoles = 0.1;  // of those expected: of 30 % that are seen, at random, 8 % are
-  return share() >= options.min_share_seen && in_holes <= kInHoles * expected;
+  constexpr double kMore = 0.08, kSigmas = 2;
+  if (expected == 0) return false;
+  const double n = expected, share = seen / n;
+  const double by_chance = std::pow(1 - share, static_cast<double>(kNext));
+  const double sigma = std::sqrt(by_chance * (1 - by_chance) / n);
+  return share >= options.min_share_seen && in_holes <= n * (by_chance + kMore + kSigmas * sigma);
+}
+
+std::string SeenAgain::in_words() const {
+  return "of " + std::to_string(expected) + " map features that should be seen " +
+         std::to_string(seen) + " are, and " + std::to_string(in_holes) + " are where none is";
 }
 
 SeenAgain seen_again(const Map& map, int keyframe, const ObservedFrame& observed,
                      const Rigid3& world_from_camera, const SafeView& view,
-                     const MapperOptions& options, int around) {
+                     const MapperOptions& options) {
+  constexpr int kAround = 12;  // keyframes
+  return seen_again(map, map.landmarks_of(map.covisible(keyframe, kAround)), observed,
+                    world_from_camera, view, options);
+}
+
+SeenAgain seen_again(const Map& map, const std::vector<int>& tracks, const ObservedFrame& observed,
+                     const Rigid3& world_from_camera, const SafeView& view,
+                     const MapperOptions& options) {
   const std::vector<int> expected =
-      landmarks_expected(map, view, world_from_camera,
-                         seen_well(map, map.landmarks_of(map.covisible(keyframe, around))));
+      landmarks_expected(map, view, world_from_camera, seen_well(map, tracks));
   SearchGate gate;
   gate.radius = search_radius(map, options);
   const std::vector<LandmarkSight> found =

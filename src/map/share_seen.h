@@ -2,6 +2,7 @@
 // something in common differ in the rest.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "map/map.h"
@@ -17,15 +18,23 @@ struct SeenAgain {
   // here and there; what is not there at all leaves a hole.
   int in_holes = 0;
 
-  double share() const { return expected == 0 ? 0 : static_cast<double>(seen) / expected; }
-  // Enough of them is seen, all over the image.
+  void add(const SeenAgain& other) {
+    expected += other.expected;
+    seen += other.seen;
+    in_holes += other.in_holes;
+  }
+  // Enough of them is seen, and all over: no more of them are in holes than chance makes.
   bool is_all_over(const LostOptions& options) const;
+  std::string in_words() const;
 };
 
-// Of the landmarks around `keyframe` what was observed from the pose. `around`: keyframes, itself
-// among them, whose landmarks are asked for.
+// Of the landmarks `tracks` (ascending) what was observed from the pose.
+SeenAgain seen_again(const Map& map, const std::vector<int>& tracks, const ObservedFrame& observed,
+                     const Rigid3& world_from_camera, const SafeView& view,
+                     const MapperOptions& options);
+// Of those around the keyframe.
 SeenAgain seen_again(const Map& map, int keyframe, const ObservedFrame& observed,
                      const Rigid3& world_from_camera, const SafeView& view,
-                     const MapperOptions& options, int around = 12);
+                     const MapperOptions& options);
 
 }  // namespace eifmap

@@ -27,7 +27,7 @@ void map_both_and_walk(CarriedCamera& camera, bool from_a) {
   } else {
     camera.look_around(Room::kB, 0.6, 0, 18);
     camera.walk(1, 0, 140);
-    camera.look_around(Room::kA, 0, 0.3, 10);
+    camera.look_around(Room::kA, 0, 0.8, 23);
   }
   camera.settle();
 }
