@@ -111,6 +111,8 @@ struct Mapper::State {
   void begin_epoch(std::int64_t epoch);
   void leave_map();
   void check_seen(const LiveMap& there, const ObservedFrame& observed, Tracking& tracking) const;
+  Tracking find_in(LiveMap& there, const FeatureFrame& frame, ObservedFrame& observed) const;
+  bool is_only_there(const Tracking& found, std::int64_t found_in, const FeatureFrame& frame);
   bool find_in_kept(const ObservedFrame& observed, FrameResult& result);
   void return_to(std::int64_t kept_map, ObservedFrame observed, const Tracking& tracking,
                  FrameResult& result);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "map/keyframe_work.h"
+#include "map/other_place.h"
 #include "map/share_seen.h"
 #include "mapper_state.h"
 
@@ -60,8 +61,34 @@ void Mapper::State::check_seen(const LiveMap& there, const ObservedFrame& observ
   tracking.source = PoseSource::kNone;
 }
 
+// `observed`: the frame as that map has it.
+Tracking Mapper::State::find_in(LiveMap& there, const FeatureFrame& frame,
+                                ObservedFrame& observed) const {
+  const Map& map = there.map();
+  observed = observe(frame, camera, map.map_sign(), map.sigma_factor());
+  return relocalize(map, observed, keyframes_to_try(there, observed.frame, options.lost.places),
+                    options);
+}
+
+// Whether no other map explains the image about as well.
+bool Mapper::State::is_only_there(const Tracking& found, std::int64_t found_in,
+                                  const FeatureFrame& frame) {
+  const Step step(observer, "relocalize");
+  const int agree = static_cast<int>(found.sights.size());
+  const auto explains = [&](LiveMap& there) {
+    ObservedFrame observed;
+    const Tracking other = find_in(there, frame, observed);
+    return other.ok() &&
+           choose_place(agree, static_cast<int>(other.sights.size())) != PlaceChoice::kFar;
+  };
+  if (map_id != found_in && explains(*live)) return false;
+  for (KeptMap& map : kept.all())
+    if (map.map_id != found_in && explains(map.live)) return false;
+  return true;
+}
+
 // A lost camera in one kept map, another with each image. Believed when two images in a row say so,
-// and see of the map what they should: true, and it is accepted there.
+// see of the map what they should, and no other map says the same: true, and it is accepted there.
 bool Mapper::State::find_in_kept(const ObservedFrame& observed, FrameResult& result) {
   const std::optional<std::int64_t> seen_before = std::exchange(seen_in, std::nullopt);
   KeptMap* there = seen_before ? kept.find(*seen_before) : kept.next_to_try();
@@ -70,20 +97,18 @@ bool Mapper::State::find_in_kept(const ObservedFrame& observed, FrameResult& res
   ObservedFrame again;
   {
     const Step step(observer, "relocalize");
-    const Map& map = there->live.map();
-    again = observe(observed.frame, camera, map.map_sign(), map.sigma_factor());
-    tracking = relocalize(map, again,
-                          keyframes_to_try(there->live, again.frame, options.lost.places), options);
+    tracking = find_in(there->live, observed.frame, again);
     check_seen(there->live, again, tracking);
-    if (!tracking.ok()) return false;
   }
+  if (!tracking.ok()) return false;
   const std::int64_t found_in = there->map_id;
-  if (seen_before == found_in) {
-    return_to(found_in, std::move(again), tracking, result);
-    return true;
+  if (seen_before != found_in) {
+    seen_in = found_in;
+    return false;
   }
-  seen_in = found_in;
-  return false;
+  if (!is_only_there(tracking, found_in, observed.frame)) return false;
+  return_to(found_in, std::move(again), tracking, result);
+  return true;
 }
 
 void Mapper::State::return_to(std::int64_t kept_map, ObservedFrame observed,

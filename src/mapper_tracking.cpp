@@ -157,8 +157,11 @@ void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
   Tracking tracking = try_to_go_on(observed);
   if (!tracking.ok()) tracking = try_relocalize(observed);
   // Where the camera may be in another map this one must be the better word for what it sees.
-  if (tracking.source == PoseSource::kRelocalized && kept.size() > 0)
+  if (tracking.source == PoseSource::kRelocalized && kept.size() > 0) {
     check_seen(*live, observed, tracking);
+    if (tracking.ok() && !is_only_there(tracking, map_id, observed.frame))
+      tracking.reason = Reason::kAmbiguousPlace;
+  }
   if (tracking.ok()) {
     lost_since_us.reset();
     seen_in.reset();

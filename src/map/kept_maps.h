@@ -33,6 +33,7 @@ class KeptMaps {
   KeptMap* next_to_try();
 
   const std::vector<KeptMap>& all() const { return maps_; }  // by when they were left
+  std::vector<KeptMap>& all() { return maps_; }
   std::vector<KeptView> views() const;
   int size() const { return static_cast<int>(maps_.size()); }
   void forget_frames() {

@@ -52,7 +52,8 @@ FrameResult CarriedCamera::look_around(Room room, double from, double to, int fr
 
 FrameResult CarriedCamera::walk(double from, double to, int frames) {
   has_walked_ = true;
-  for (int i = 0; i < frames; ++i) see(RoomWorld::on_the_way(from + (to - from) * i / frames));
+  for (int i = 0; i < frames; ++i)
+    see(RoomWorld::on_the_way(from + (to - from) * i / frames, to < from));
   return results_.back();
 }
 

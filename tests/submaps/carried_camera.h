@@ -23,7 +23,7 @@ class CarriedCamera {
   FrameResult see(const Rigid3& world_from_camera);
   FrameResult covered(int frames);
   FrameResult look_around(Room room, double from, double to, int frames);  // rad
-  FrameResult walk(double from, double to, int frames);  // of the way from A to B: 0 to 1
+  FrameResult walk(double from, double to, int frames);  // of the way from A to B, ahead: 0 to 1
   // Waits for a job that runs, and adopts it.
   void settle();
 

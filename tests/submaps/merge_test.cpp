@@ -1,6 +1,7 @@
 // A camera that walks from the room of one map into that of another.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
@@ -14,21 +15,29 @@ namespace {
 
 constexpr int kDark = 25;  // frames: longer than lost.new_map_after_s
 
-// Map 1 is of A, map 2 of B; then from one to the other. 20 frames after a merge it ends.
-void map_both_and_walk(CarriedCamera& camera, bool from_a) {
-  camera.look_around(Room::kA, -0.8, 0.4, 36);
+// Map 1 is of A, map 2 of B.
+void map_both(CarriedCamera& camera, double towards) {
+  camera.look_around(Room::kA, towards - 0.8, towards + 0.4, 36);
   camera.covered(kDark);
-  camera.look_around(Room::kB, -0.5, 0.6, 32);
-  if (from_a) {
-    camera.covered(kDark);
-    camera.look_around(Room::kA, -0.1, 0, 6);
-    camera.walk(0, 1, 140);
-    camera.look_around(Room::kB, 0, 0.5, 15);
-  } else {
-    camera.look_around(Room::kB, 0.6, 0, 18);
-    camera.walk(1, 0, 140);
-    camera.look_around(Room::kA, 0, 0.8, 23);
-  }
+  camera.look_around(Room::kB, towards - 0.8, towards + 0.4, 36);
+}
+
+// In A's map into B, of which the kept one is.
+void go_to_b(CarriedCamera& camera) {
+  map_both(camera, 0);
+  camera.covered(kDark);
+  camera.look_around(Room::kA, -0.1, 0, 6);
+  camera.walk(0, 1, 140);
+  camera.look_around(Room::kB, 0, 0.5, 15);
+  camera.settle();
+}
+
+// In B's map into A, of which the kept one is.
+void go_to_a(CarriedCamera& camera) {
+  map_both(camera, M_PI);
+  camera.look_around(Room::kB, M_PI + 0.4, M_PI, 12);
+  camera.walk(1, 0, 140);
+  camera.look_around(Room::kA, M_PI, M_PI + 0.5, 15);
   camera.settle();
 }
 
@@ -52,14 +61,14 @@ void expect_one_map(const CarriedCamera& camera) {
 TEST(Merge, IntoTheMapInUse) {
   const RoomWorld world;
   CarriedCamera camera(world, MapperOptions());
-  map_both_and_walk(camera, true);
+  go_to_b(camera);
   expect_one_map(camera);
 }
 
 TEST(Merge, IntoTheKeptMap) {
   const RoomWorld world;
   CarriedCamera camera(world, MapperOptions());
-  map_both_and_walk(camera, false);
+  go_to_a(camera);
   expect_one_map(camera);
 }
 
@@ -107,13 +116,13 @@ TEST(Merge, BesideTheFramesAndAgainFromItsDecisions) {
   const RoomWorld world;
   LateRunner late(3);
   CarriedCamera live(world, MapperOptions(), &late);
-  map_both_and_walk(live, true);
+  go_to_b(live);
   expect_one_map(live);
   EXPECT_GE(live.mapper().statistics().submaps.returned, 1);
 
   ReplayRunner replay(live.results());
   CarriedCamera again(world, MapperOptions(), &replay);
-  map_both_and_walk(again, true);
+  go_to_b(again);
   ASSERT_EQ(again.results().size(), live.results().size());
   for (std::size_t i = 0; i < live.results().size(); ++i) {
     EXPECT_EQ(decision_of(again.results()[i]), decision_of(live.results()[i])) << i;

@@ -92,8 +92,8 @@ Rigid3 RoomWorld::in_room(bool b, double angle) {
   return {turn, (b ? centre_of_b() : Vector3d::Zero()) + kRadius * out};
 }
 
-Rigid3 RoomWorld::on_the_way(double share) {
-  Rigid3 pose = in_room(false, 0);
+Rigid3 RoomWorld::on_the_way(double share, bool looks_back) {
+  Rigid3 pose = in_room(false, looks_back ? M_PI : 0);
   pose.translation.x() += share * kApart;
   pose.translation.z() += 0.15 * std::sin(12 * share);
   pose.translation.y() += 0.05 * std::sin(31 * share);

@@ -32,8 +32,8 @@ class RoomWorld {
   const Camera& camera() const { return camera_; }
   // In the middle of a room, on a circle that looks outwards: at angle 0 along x.
   static Rigid3 in_room(bool b, double angle);
-  // From A's angle 0 to B's: 0 to 1.
-  static Rigid3 on_the_way(double share);
+  // From A's angle 0 to B's: 0 to 1. Or, looking back, from A's pi to B's.
+  static Rigid3 on_the_way(double share, bool looks_back = false);
   static Eigen::Vector3d centre_of_b() { return {kApart, 0, 0}; }
 
   // What is seen from there, without time; `number` of all that is drawn for it.
