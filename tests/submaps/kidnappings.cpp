@@ -12,7 +12,7 @@ namespace eifmap::test {
 namespace {
 
 struct Limits {
-  double rmse = 0.1;  // m
+  double rmse = 0.05;  // m; measured at most 0.020
   double alike = 0;
   bool walks = true;
   double towards = 0;  // rad, where one looks in the rooms: 0 along the passage
@@ -71,10 +71,11 @@ bool run(int seed, const Limits& limits) {
     std::printf("  refused %d: %s\n", static_cast<int>(number), describe(reason).name);
   if (!s.submaps.last.empty()) std::printf("  last: %s\n", s.submaps.last.c_str());
   for (const std::string& problem : camera.problems()) std::printf("  %s\n", problem.c_str());
-  const bool is_one = !limits.walks || (s.submaps.merged >= 1 && errors.rmse <= limits.rmse);
-  const bool is_apart = limits.walks || s.submaps.merged == 0;
-  return is_one && is_apart && camera.problems().empty() && camera.poses_elsewhere() == 0 &&
-         count.lost == 0;
+  // A wrong merge, or pose, puts the one room over the other: metres. Two maps of one room may
+  // merge.
+  const bool is_one = !limits.walks || s.submaps.merged >= 1;
+  return is_one && errors.rmse <= limits.rmse && camera.problems().empty() &&
+         camera.poses_elsewhere() == 0 && count.lost == 0;
 }
 
 int main_checked(int argc, char** argv) {
@@ -87,7 +88,7 @@ int main_checked(int argc, char** argv) {
   app.add_option("--rmse", limits.rmse, "m, of the final trajectory at most");
   app.add_option("--alike", limits.alike, "part of a wall that both rooms have in common, 0 to 1");
   app.add_option("--towards", limits.towards, "rad, where one looks in the rooms");
-  app.add_flag("--stays", stays, "never walks through the passage: no map may be merged");
+  app.add_flag("--stays", stays, "never walks through the passage: the rooms' maps stay apart");
   CLI11_PARSE(app, argc, argv);
   limits.walks = !stays;
   int bad = 0;
