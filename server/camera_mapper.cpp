@@ -123,7 +123,8 @@ void CameraMapper::change_calibration(const std::string& camera) {
 
 void CameraMapper::begin_map(const std::string& camera, const Camera& calibration) {
   camera_ = camera;
-  map_id_offset_ = last_map_id_;
+  map_id_offset_ = largest_map_id_;
+  if (largest_map_id_ > 0) epoch_offset_ = largest_epoch_ + 1;
   map_seq_ = 0;
   record_ = {};
   timer_ = {};
@@ -237,8 +238,9 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
   }
   if (mapped.result.map_id > 0) {
     mapped.result.map_id += map_id_offset_;
+    mapped.result.map_epoch += epoch_offset_;
     mapped.result.map_seq = map_seq_;
-    last_map_id_ = mapped.result.map_id;
+    note_published(mapped.result.map_id, mapped.result.map_epoch);
   }
 }
 
@@ -257,9 +259,17 @@ void CameraMapper::give_measurements() {
 MapUpdate CameraMapper::next_update() {
   MapUpdate update = mapper_->map_update();
   update.map_id += map_id_offset_;
+  update.map_epoch += epoch_offset_;
   map_seq_ = update.seq;
   map_epoch_ = update.map_epoch;
+  note_published(update.map_id, update.map_epoch);
   return update;
+}
+
+void CameraMapper::note_published(std::int64_t map_id, std::int64_t epoch) {
+  map_id_ = map_id;
+  largest_map_id_ = std::max(largest_map_id_, map_id);
+  largest_epoch_ = std::max(largest_epoch_, epoch);
 }
 
 RelativeAnswer CameraMapper::answer(const RelativeRequest& request) const {
@@ -268,7 +278,7 @@ RelativeAnswer CameraMapper::answer(const RelativeRequest& request) const {
   answer.map_epoch = map_epoch_;
   answer.map_seq = map_seq_;
   std::optional<RelativeView> view;
-  if (mapper_ && request.camera == camera_ && request.map_id == last_map_id_)
+  if (mapper_ && request.camera == camera_ && request.map_id == map_id_)
     view = mapper_->relative_pose(request.a, request.b);
   if (view)
     answer.view = *view;

@@ -97,6 +97,7 @@ class CameraMapper {
   void map(const FeatureFrame& frame, Mapped& mapped);
   void give_measurements();
   MapUpdate next_update();
+  void note_published(std::int64_t map_id, std::int64_t epoch);
   void begin_map(const std::string& camera, const Camera& calibration);
   void note_arrival(std::int64_t publisher, std::int64_t seq, std::int64_t time_us);
   void guess_calibration(const Channel& channel, Bytes bytes);
@@ -108,8 +109,11 @@ class CameraMapper {
   std::string camera_;
   std::optional<KeyframeWorker> keyframes_;  // none: the mapper does it at once
   std::optional<Mapper> mapper_;
-  // A mapper counts its maps from 1; what is published goes on counting from the mapper before.
-  std::int64_t map_id_offset_ = 0, last_map_id_ = 0, map_epoch_ = 0, map_seq_ = 0;
+  // A mapper counts its maps from 1, and how often what it publishes becomes another from 0; what
+  // is published goes on counting from the mapper before.
+  std::int64_t map_id_offset_ = 0, epoch_offset_ = 0;
+  std::int64_t largest_map_id_ = 0, largest_epoch_ = 0;    // published so far
+  std::int64_t map_id_ = 0, map_epoch_ = 0, map_seq_ = 0;  // published last
   std::set<std::string> guessed_;  // cameras whose calibration in use is a guess
   StreamBook streams_;
   MeasurementIntake measurements_;

@@ -179,6 +179,8 @@ void visit_fields(O& o, auto&& visit) {
   visit("min_inliers", o.min_inliers);
   visit("places", o.places);
   visit("new_map_after_s", o.new_map_after_s);
+  visit("max_kept_maps", o.max_kept_maps);
+  visit("min_share_seen", o.min_share_seen);
 }
 
 template <OptionsOf<LoopOptions> O>

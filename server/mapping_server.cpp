@@ -202,7 +202,8 @@ CameraMapper::Mapped MappingServer::map_frame(const Received& message) {
 
 void MappingServer::publish_map(const MapUpdate& update, std::int64_t time_us) {
   if (std::exchange(published_map_, update.map_id) != update.map_id)
-    board_.note_parts_dropped(outbox_.drop_all());  // of the map before, which is no more
+    board_.note_parts_dropped(
+        outbox_.drop_all());  // of the map before, which is not the one in use
   const std::string channel = channel_name(mapper_.camera(), ChannelKind::kMap);
   for (const MapPart& part :
        split_update(update, {server_epoch_, mapper_.camera()}, time_us, config_.part_bytes()))

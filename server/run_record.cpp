@@ -49,6 +49,14 @@ Json loops_json(const LoopCounts& loops) {
           {"last", loops.last}};
 }
 
+Json submaps_json(const SubmapCounts& submaps) {
+  return {{"kept", submaps.kept},
+          {"returned", submaps.returned},
+          {"merged", submaps.merged},
+          {"refused", reasons_json(submaps.refused)},
+          {"last", submaps.last}};
+}
+
 Json steps_json(const StepTimer& timer) {
   Json json = Json::object();
   for (const auto& [step, time] : timer.summary())
@@ -171,6 +179,7 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["bound"] = {{"removed_keyframes", statistics.removed_keyframes},
                      {"removed_landmarks", statistics.removed_landmarks}};
   report["loops"] = loops_json(statistics.loops);
+  report["submaps"] = submaps_json(statistics.submaps);
   report["nis"] = nis_json(statistics);
   if (!statistics.measurements.kinds.empty() || statistics.measurements_waiting > 0)
     report["measurements"] = measurements_json(statistics);

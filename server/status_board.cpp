@@ -256,6 +256,12 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   for (const auto& [reason, count] : statistics.loops.refused)
     status.diagnostics.push_back(
         diagnostic("loops.refused." + std::string(eifmap::describe(reason).name), count));
+  status.diagnostics.push_back(diagnostic("submaps.kept", statistics.submaps.kept));
+  status.diagnostics.push_back(diagnostic("submaps.returned", statistics.submaps.returned));
+  status.diagnostics.push_back(diagnostic("submaps.merged", statistics.submaps.merged));
+  for (const auto& [reason, count] : statistics.submaps.refused)
+    status.diagnostics.push_back(
+        diagnostic("submaps.refused." + std::string(eifmap::describe(reason).name), count));
   status.diagnostics.push_back(diagnostic("moving.now", std::int64_t{last_.num_moving}));
   status.diagnostics.push_back(diagnostic("moving.most", statistics.most_moving));
   status.diagnostics.push_back(diagnostic("moving.frames", statistics.frames_with_moving));

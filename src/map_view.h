@@ -33,7 +33,9 @@ inline constexpr std::int64_t kAdoptedAtOnce = -1;
 // One per processed frame, lost ones too.
 struct FrameResult {
   std::int64_t time_us = 0, publisher = 0, seq = -1;
-  std::int64_t map_id = 0, map_epoch = 0, map_seq = 0;  // the map that the pose rests on
+  // The map that the pose rests on. map_id is its name; map_epoch grows by every correction of all
+  // of it, and whenever another map is in use, be it one of before: maps are ordered by it.
+  std::int64_t map_id = 0, map_epoch = 0, map_seq = 0;
   TrackingState state = TrackingState::kWaiting;
   PoseSource source = PoseSource::kNone;
   Reason reason = Reason::kNone;
@@ -167,6 +169,15 @@ struct LoopCounts {
   std::string last;  // what became of the last one, in words
 };
 
+// Maps that the camera left, and what became of them.
+struct SubmapCounts {
+  std::int64_t kept = 0;                   // now, beside the one in use
+  std::int64_t returned = 0;               // times that the camera was found in one
+  std::int64_t merged = 0;                 // times that one became one with the map in use
+  std::map<Reason, std::int64_t> refused;  // merges
+  std::string last;                        // what became of the last one, in words
+};
+
 struct MapperStatistics {
   std::int64_t frames = 0;   // processed, rejected ones left out
   std::int64_t tracked = 0;  // with a pose at the time
@@ -182,6 +193,7 @@ struct MapperStatistics {
   std::map<PoseSource, std::int64_t> sources;
   std::map<Reason, std::int64_t> reasons;
   LoopCounts loops;
+  SubmapCounts submaps;
   ScaleState scale;  // of the current map
   EarthState earth;  // of it
   // Absolute measurements of all maps: used, refused, and those that still wait.

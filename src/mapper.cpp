@@ -24,6 +24,8 @@ void Mapper::State::begin_stream(const FeatureFrame& frame) {
   last_time_us.reset();
   start.reset();
   desk.forget_frames();
+  kept.forget_frames();
+  seen_in.reset();
   if (live)
     lost_since_us = frame.time_us, may_go_on = false;
   else
@@ -65,6 +67,7 @@ void Mapper::State::count(const FrameResult& result) {
 
 void Mapper::State::count_map() {
   count_measurements();
+  statistics.submaps.kept = kept.size();
   if (!live) return;
   const Map& map = live->map();
   statistics.keyframes = map.num_keyframes_in_use();
@@ -82,6 +85,7 @@ void Mapper::State::count_map() {
 void Mapper::State::count_measurements() {
   statistics.measurements = desk.refused();
   statistics.measurements += measured_before;
+  for (const KeptMap& map : kept.all()) statistics.measurements += map.live.map().scale().counts;
   statistics.measurements_waiting = desk.num_waiting();
   if (!live) return;
   const MapScale& scale = live->map().scale();
@@ -92,9 +96,12 @@ void Mapper::State::count_measurements() {
 }
 
 const FinishedMap* Mapper::State::largest(FinishedMap& scratch) const {
+  const LiveMap* most = live ? &*live : nullptr;
+  for (const KeptMap& map : kept.all())
+    if (!most || map.live.log.size() > most->log.size()) most = &map.live;
   const std::size_t finished_size = finished ? finished->trajectory.size() : 0;
-  if (live && live->log.size() >= finished_size) {
-    scratch = finish(*live);
+  if (most && most->log.size() >= finished_size) {
+    scratch = finish(*most);
     return &scratch;
   }
   return finished ? &*finished : nullptr;
@@ -152,7 +159,7 @@ FrameResult Mapper::process(const FeatureFrame& frame) {
   }
   result.map_id = state.map_id;
   if (state.live) {
-    result.map_epoch = state.live->map().epoch();
+    result.map_epoch = state.epoch();
     result.scale = state.live->map().scale().state;
   }
   state.count(result);
@@ -187,7 +194,8 @@ MapUpdate Mapper::map_update() {
   MapUpdate update =
       live.update ? *std::exchange(live.update, std::nullopt) : live.news.since_last(live.map());
   update.map_id = state_->map_id;
-  update.map_epoch = live.map().epoch();
+  update.map_epoch = state_->epoch();
+  state_->news_seq = std::max(state_->news_seq, update.seq);
   return update;
 }
 

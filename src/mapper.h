@@ -45,8 +45,8 @@ class Mapper {
   // Waits for a job that is running and adopts it; true when the map has changed.
   bool settle();
 
-  // What changed since the last call; the first one after a new map is a whole map. To be asked for
-  // when a frame or settle() says so.
+  // What changed since the last call; the first one of each map_epoch is a whole map. To be asked
+  // for when a frame or settle() says so.
   MapUpdate map_update();
 
   const MapperStatistics& statistics() const;
@@ -55,7 +55,8 @@ class Mapper {
   std::vector<std::string> audit() const;
 
   // Every frame placed in the final map: relative to its keyframe as finally estimated, the start
-  // set posed backwards. Of the map that holds the most frames, if there were several.
+  // set posed backwards. Of the map that holds the most frames, if there were several: those that
+  // have become one are one.
   std::vector<TimedPose> final_trajectory() const;
   std::vector<TimedPose> keyframe_trajectory() const;
   std::vector<MapPoint> map_points() const;

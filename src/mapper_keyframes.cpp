@@ -13,6 +13,7 @@ KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observe
   auto work = std::make_unique<KeyframeWork>();
   work->id = ++jobs;
   work->map_id = map_id;
+  work->stay = stay;
   work->options = options;
   work->observed = std::move(observed);
   work->calibration = calibration;
@@ -21,6 +22,10 @@ KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observe
   work->measurements = desk.take(live->map(), map_id);
   work->before = live->current;
   work->loop_search = live->loop_search;
+  work->kept = kept.views();
+  work->merge_search = live->merge_search;
+  if (!work->kept.empty()) work->view = live->sight_counts.view();
+  work->news_seq = news_seq;
   if (runner && with_updates) work->news = std::move(live->news);
   return KeyframeJob(std::move(work));
 }
@@ -61,6 +66,7 @@ Reason Mapper::State::adopt(KeyframeJob job) {
     live->last.pose = work.after->pose(work.insertion.keyframe);
   live->current = std::move(work.after);
   live->loop_search = std::move(work.loop_search);
+  live->merge_search = std::move(work.merge_search);
   count_loop(work.loop);
   live->update = std::move(work.update);
   live->removed_keyframes += work.insertion.removed_keyframes;
@@ -70,6 +76,7 @@ Reason Mapper::State::adopt(KeyframeJob job) {
   live->log.make_keyframe(work.observed->frame.time_us, work.insertion.keyframe);
   desk.make_keyframe(work.observed->frame.time_us, work.insertion.keyframe);
   live->reference = work.insertion.keyframe;
+  adopt_merge(work);
   map_changed = true;
   return Reason::kNone;
 }
@@ -97,7 +104,7 @@ KeyframeJob Mapper::State::finish_job() {
 // What ran beside the frames since it was started. The same at whatever moment between two frames.
 void Mapper::State::adopt_beside(FrameResult& result) {
   KeyframeJob job = finish_job();
-  if (!live || job.work().map_id != map_id) {  // of a map that was given up
+  if (!live || job.work().stay != stay) {  // of a map that was left
     adopted_job = job.id();
     desk.put_back(std::move(job.work().measurements.entries), Reason::kNone);
     return;
@@ -133,7 +140,7 @@ void Mapper::State::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
   const std::int64_t time_us = result.time_us;
   KeyframeJob job = make_job(observed, tracking);
   job.run();
-  const int keyframe = job.work().insertion.keyframe;
+  int keyframe = job.work().insertion.keyframe;
   result.reason = adopt(std::move(job));
   adopted_job = kAdoptedAtOnce;
   if (result.reason == Reason::kMapFull) {
@@ -146,6 +153,7 @@ void Mapper::State::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
     return lose(time_us, result);
   }
   const Map& map = live->map();
+  keyframe = live->reference;  // where two maps have become one it may have another number
   live->log.add(time_us, keyframe, Rigid3());
   desk.add_frame(PlacedFrame::as_keyframe(time_us, keyframe));
   live->last.pose = map.pose(keyframe);

@@ -10,6 +10,7 @@
 
 #include "frame_check.h"
 #include "map/calibration_check.h"
+#include "map/kept_maps.h"
 #include "map/live_map.h"
 #include "map/loop_closing.h"
 #include "map/map_start.h"
@@ -46,6 +47,7 @@ struct Mapper::State {
         start(c, o),
         calibration(c, o),
         desk(o.measurement),
+        kept(o.lost.max_kept_maps),
         map_sign(sign_to_start_with(o.map_sign)) {}
 
   Camera camera;
@@ -55,10 +57,15 @@ struct Mapper::State {
   CalibrationCheck calibration;
   NisMonitor nis;
   MeasurementDesk desk;
-  MeasurementCounts measured_before;  // in maps before this one
+  MeasurementCounts measured_before;  // in maps that were given up
   std::optional<LiveMap> live;
-  std::optional<FinishedMap> finished;  // the largest of those given up
-  std::int64_t map_id = 0;
+  KeptMaps kept;
+  std::optional<FinishedMap> finished;       // the largest of those given up
+  std::int64_t map_id = 0, last_map_id = 0;  // of the map in use, of the one started last
+  std::int64_t epoch_before = 0;        // what the published one is more than the map in use says
+  std::int64_t stay = 0;                // counts how often the map in use has become another one
+  std::int64_t news_seq = -1;           // of the last update of any map that was asked for
+  std::optional<std::int64_t> seen_in;  // kept map that the last image of a lost camera agrees with
   MapSign map_sign;  // of the map, or of the one to come until its start has chosen
   std::optional<std::int64_t> last_time_us, lost_since_us;
   // Lost for want of a good image, not by what the map said: a good one may go on where it was.
@@ -98,6 +105,18 @@ struct Mapper::State {
   Tracking try_relocalize(const ObservedFrame& observed);
   MapperOptions tracking_options() const;
   void set_covariance(bool known, const PoseBlock& covariance, FrameResult& result) const;
+
+  // mapper_submaps.cpp: maps that are left, come back to, and become one
+  std::int64_t epoch() const { return live ? epoch_before + live->map().epoch() : 0; }
+  void begin_epoch(std::int64_t epoch);
+  void leave_map();
+  void check_seen(const LiveMap& there, const ObservedFrame& observed, Tracking& tracking) const;
+  Tracking find_in(LiveMap& there, const FeatureFrame& frame, ObservedFrame& observed) const;
+  bool is_only_there(const Tracking& found, std::int64_t found_in, const FeatureFrame& frame);
+  bool find_in_kept(const ObservedFrame& observed, FrameResult& result);
+  void return_to(std::int64_t kept_map, ObservedFrame observed, const Tracking& tracking,
+                 FrameResult& result);
+  void adopt_merge(KeyframeWork& work);
 
   // mapper_keyframes.cpp: a frame's way into the map
   void add_keyframe(std::shared_ptr<const ObservedFrame> observed, const Tracking& tracking,

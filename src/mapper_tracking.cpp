@@ -37,14 +37,12 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
     if (!live) result.state = TrackingState::kStarting;
     return;
   }
-  if (live) {
-    FinishedMap old = finish(*live);
-    measured_before += live->map().scale().counts;
-    if (!finished || old.trajectory.size() > finished->trajectory.size()) finished = std::move(old);
-  }
+  const std::int64_t next_epoch = live ? epoch() + 1 : 0;
+  leave_map();
   live.emplace(std::move(begun.started->map), camera);
-  map_sign = live->map().keyframe(0).observed().map_sign;
-  ++map_id;
+  begin_epoch(next_epoch);
+  map_sign = live->map().map_sign();
+  map_id = ++last_map_id;
   ++statistics.starts;
   lost_since_us.reset();
   for (const TimedPose& posed : begun.started->posed)
@@ -158,14 +156,22 @@ Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
 void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
   Tracking tracking = try_to_go_on(observed);
   if (!tracking.ok()) tracking = try_relocalize(observed);
+  // Where the camera may be in another map this one must be the better word for what it sees.
+  if (tracking.source == PoseSource::kRelocalized && kept.size() > 0) {
+    check_seen(*live, observed, tracking);
+    if (tracking.ok() && !is_only_there(tracking, map_id, observed.frame))
+      tracking.reason = Reason::kAmbiguousPlace;
+  }
   if (tracking.ok()) {
     lost_since_us.reset();
+    seen_in.reset();
     start.reset();
     return accept(std::move(observed), tracking, result);
   }
+  if (find_in_kept(observed, result)) return;
   result.state = TrackingState::kLost;
   const double lost_s = 1e-6 * static_cast<double>(observed.frame.time_us - *lost_since_us);
-  if (lost_s >= options.lost.new_map_after_s) start_map(std::move(observed), result);
+  if (lost_s >= options.lost.new_map_after_s && !seen_in) start_map(std::move(observed), result);
   if (result.state != TrackingState::kLost) return;
   if (!result.detail.empty()) tracking.detail += "; a new map waits: " + result.detail;
   result.reason = tracking.reason;

@@ -93,6 +93,9 @@ std::string lost_problem(const LostOptions& o) {
   if (o.min_inliers < 6) return say("lost.min_inliers", o.min_inliers, "6 or more");
   if (o.places < 0) return say("lost.places", o.places, "0 or more");
   if (!(o.new_map_after_s >= 0)) return say("lost.new_map_after_s", o.new_map_after_s, "0 or more");
+  if (o.max_kept_maps < 0) return say("lost.max_kept_maps", o.max_kept_maps, "0 or more");
+  if (!(o.min_share_seen >= 0 && o.min_share_seen <= 1))
+    return say("lost.min_share_seen", o.min_share_seen, "0 to 1");
   return "";
 }
 

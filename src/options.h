@@ -159,6 +159,13 @@ struct LostOptions {
   // Keyframes asked first where a lost camera is: those that look most like its image.
   int places = 5;
   double new_map_after_s = 2.0;  // lost this long: a new map may start
+  // Maps that were left are kept: the camera is looked for in them, and one that turns out to be of
+  // the same place becomes one with the map in use. That with the fewest keyframes goes first. 0:
+  // none is.
+  int max_kept_maps = 8;
+  // Of what two maps should show of each other at a place, the share that is seen before they
+  // become one.
+  double min_share_seen = 0.3;
 };
 
 // Loop closure: a place that is seen again.

@@ -137,6 +137,15 @@ constexpr std::array kTexts{
                "bring something into view that is there only once"},
     ReasonText{Reason::kLoopNotConfirmed, "LOOP_NOT_CONFIRMED",
                "the filter does not confirm a place that seems to be seen again", ""},
+    ReasonText{Reason::kMergeNotAgreed, "MERGE_NOT_AGREED",
+               "keyframes in a row do not agree on how two maps belong together", ""},
+    ReasonText{Reason::kMergeUnlike, "MERGE_UNLIKE",
+               "of what two maps should show of each other too little is seen",
+               "nothing, where places look alike; else look the same way as the first time"},
+    ReasonText{Reason::kMergeMeasured, "MERGE_MEASURED",
+               "two maps show the same place, but the one that was to become a part of the other "
+               "has absolute measurements",
+               ""},
     ReasonText{Reason::kInternalError, "INTERNAL_ERROR",
                "a fault inside eifmap; the frame was left out", "please report it with the log"},
 };

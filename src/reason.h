@@ -61,6 +61,10 @@ enum class Reason : std::int16_t {
   kLoopImpossible = 103,
   kLoopAmbiguous = 104,
   kLoopNotConfirmed = 105,
+  // Merges of two maps refused, besides for what a loop is: both are as they were
+  kMergeNotAgreed = 106,
+  kMergeUnlike = 107,
+  kMergeMeasured = 108,
   // The server's own
   kInternalError = 60,
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "client/view/view_json.h"
 #include "names.h"
@@ -53,7 +54,7 @@ Headline headline_of(const FrameResult& pose) {
 void ViewModel::take(const PublishedPose& message, Clock::time_point now) {
   const FrameResult& pose = message.result;
   if (!take_epoch(message.origin.server_epoch, now)) return;
-  if (pose.map_id != 0 && !take_map_id(pose.map_id)) return;
+  if (pose.map_id != 0 && !take_map(pose.map_id, pose.map_epoch)) return;
   take_scale(pose.scale);
   pose_ = pose;
   status_is_newer_ = false;
@@ -67,7 +68,9 @@ void ViewModel::take(const PublishedPose& message, Clock::time_point now) {
 }
 
 void ViewModel::take(const MapPart& part, Clock::time_point now) {
-  if (!take_epoch(part.origin.server_epoch, now) || !take_map_id(part.update.map_id)) return;
+  if (!take_epoch(part.origin.server_epoch, now) ||
+      !take_map(part.update.map_id, part.update.map_epoch))
+    return;
   if (assembler_.add(part) == MapAssembler::Outcome::kApplied) map_moved_ = true;
 }
 
@@ -108,6 +111,7 @@ bool ViewModel::take_epoch(std::int64_t server_epoch, Clock::time_point now) {
   if (server_epoch_) {
     tell("server restarted: a new map");
     begin_map(0);
+    map_epoch_ = largest_map_id_ = 0;
     pose_.reset();
     status_.reset();
     set("features", nullptr);
@@ -116,12 +120,17 @@ bool ViewModel::take_epoch(std::int64_t server_epoch, Clock::time_point now) {
   return true;
 }
 
-bool ViewModel::take_map_id(std::int64_t map_id) {
-  if (map_id < map_id_) return false;
-  if (map_id > map_id_) {
-    if (map_id_ != 0) tell("a new map was begun: map " + std::to_string(map_id));
+bool ViewModel::take_map(std::int64_t map_id, std::int64_t map_epoch) {
+  if (map_id != map_id_) {
+    if (std::tie(map_epoch, map_id) < std::tie(map_epoch_, map_id_)) return false;
+    if (map_id > largest_map_id_ && map_id_ != 0)
+      tell("a new map was begun: map " + std::to_string(map_id));
+    else if (map_id_ != 0)
+      tell("the camera is in map " + std::to_string(map_id) + " again");
     begin_map(map_id);
   }
+  map_epoch_ = std::max(map_epoch_, map_epoch);
+  largest_map_id_ = std::max(largest_map_id_, map_id);
   return true;
 }
 

@@ -59,7 +59,7 @@ class ViewModel {
 
  private:
   bool take_epoch(std::int64_t server_epoch, Clock::time_point now);
-  bool take_map_id(std::int64_t map_id);
+  bool take_map(std::int64_t map_id, std::int64_t map_epoch);
   void take_scale(const ScaleState& scale);
   void begin_map(std::int64_t map_id);
   void tell(const std::string& event);
@@ -72,6 +72,8 @@ class ViewModel {
 
   std::optional<std::int64_t> server_epoch_;
   std::int64_t map_id_ = 0;             // of path and map; 0 none yet
+  std::int64_t map_epoch_ = 0;          // the greatest of them; maps are ordered by it
+  std::int64_t largest_map_id_ = 0;     // so far; a map with a lower one was in use before
   ScaleState scale_;                    // of that map
   std::optional<FrameResult> pose_;     // the last one
   std::optional<FrameResult> tracked_;  // the last with a pose in this map

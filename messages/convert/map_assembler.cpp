@@ -1,6 +1,7 @@
 #include "convert/map_assembler.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace eifmap {
 namespace {
@@ -24,23 +25,29 @@ std::vector<MapPoint> PublishedMap::points() const {
   return points;
 }
 
-// False when the part is of an older run of the server or of an older map.
-bool MapAssembler::begin_map_if_newer(const MapPart& part) {
-  const auto key = [](std::int64_t epoch, std::int64_t map_id) { return std::pair(epoch, map_id); };
-  const auto current = key(map_.server_epoch, map_.map_id);
-  const auto other = key(part.origin.server_epoch, part.update.map_id);
-  if (other == current) return true;
-  if (other < current) return false;
+// False when the part is of an older run of the server or of a map that was in use before this one.
+// A map that is in use again has a lower id than the last, and a greater epoch.
+bool MapAssembler::take_map(const MapPart& part) {
+  const std::int64_t server_epoch = part.origin.server_epoch;
+  const auto& [map_id, map_epoch] = std::tie(part.update.map_id, part.update.map_epoch);
+  if (server_epoch == map_.server_epoch && map_id == map_.map_id) {
+    newest_epoch_ = std::max(newest_epoch_, map_epoch);
+    return true;
+  }
+  if (std::tie(server_epoch, map_epoch, map_id) <
+      std::tie(map_.server_epoch, newest_epoch_, map_.map_id))
+    return false;
   map_ = {};
-  map_.server_epoch = other.first;
-  map_.map_id = other.second;
+  map_.server_epoch = server_epoch;
+  map_.map_id = map_id;
+  map_.map_epoch = newest_epoch_ = map_epoch;
   pending_.clear();
   lost_ = 0;
   return true;
 }
 
 MapAssembler::Outcome MapAssembler::add(const MapPart& part) {
-  if (!begin_map_if_newer(part) || part.update.seq <= map_.seq) return Outcome::kIgnored;
+  if (!take_map(part) || part.update.seq <= map_.seq) return Outcome::kIgnored;
   Pending& pending = pending_[part.update.seq];
   if (pending.have.empty()) {
     pending.update.map_id = part.update.map_id;

@@ -50,7 +50,7 @@ class MapAssembler {
     std::size_t missing = 0;
   };
 
-  bool begin_map_if_newer(const MapPart& part);
+  bool take_map(const MapPart& part);
   bool is_next(const Pending& pending) const;
   void apply(const MapUpdate& update);
   bool apply_ready();
@@ -58,6 +58,7 @@ class MapAssembler {
 
   std::size_t max_waiting_;
   PublishedMap map_;
+  std::int64_t newest_epoch_ = 0;            // map_epoch, of the parts of this map
   std::map<std::int64_t, Pending> pending_;  // by seq
   std::int64_t lost_ = 0;
 };

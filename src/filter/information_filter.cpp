@@ -193,15 +193,26 @@ int InformationFilter::num_distances(int landmark) const {
 }
 
 bool InformationFilter::add_edge(int i, int j, const RelativePose& pose) {
-  if (i == j || std::min(i, j) < 0 || std::max(i, j) >= num_poses() || is_removed(i) ||
-      is_removed(j))
-    throw std::invalid_argument("InformationFilter: an edge needs two known poses");
+  check_ends(i, j);
+  RelativePoseMeasurement measurement;
+  if (!make_measurement(pose, measurement)) return false;
+  add_edge(i, j, measurement);
+  return true;
+}
+
+void InformationFilter::add_edge(int i, int j, const RelativePoseMeasurement& measurement) {
+  check_ends(i, j);
   FilterEdge edge;
   edge.i = i;
   edge.j = j;
-  if (!make_measurement(pose, edge.measurement)) return false;
+  edge.measurement = measurement;
   edges_.push_back(edge);
-  return true;
+}
+
+void InformationFilter::check_ends(int i, int j) const {
+  if (i == j || std::min(i, j) < 0 || std::max(i, j) >= num_poses() || is_removed(i) ||
+      is_removed(j))
+    throw std::invalid_argument("InformationFilter: an edge needs two known poses");
 }
 
 std::size_t InformationFilter::num_measurements() const {

@@ -81,6 +81,8 @@ class InformationFilter {
   void carry(int removed_pose, const Rigid3& world_from_camera);
   // False when the covariance cannot be inverted.
   bool add_edge(int i, int j, const RelativePose& pose);
+  // As another filter has it.
+  void add_edge(int i, int j, const RelativePoseMeasurement& measurement);
 
   // Absolute measurements, absolute_measurements.cpp. Before the first, the map's unit becomes the
   // metre by this: all lengths times `factor`, after which no gauge holds the scale but what is
@@ -196,6 +198,7 @@ class InformationFilter {
   void remove_measurements(int landmark, Predicate predicate);
   template <class Predicate>
   void remove_absolutes(Predicate predicate);
+  void check_ends(int i, int j) const;
   void touch(int landmark);
   void touch(int landmark, const Eigen::Vector3d& position_before);
   void judge_edges();

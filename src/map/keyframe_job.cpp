@@ -29,8 +29,15 @@ void KeyframeJob::run() {
     work.loop = close_loop(*work.after, work.insertion.keyframe, work.loop_search, work.options);
   if (work.loop.closed()) judge_scale(*work.after, work.options.measurement);
   work.calibration->look_at(*work.after);
-  if (work.news && work.after->epoch() != epoch) work.news->begin_anew();
-  if (work.news) work.update = work.news->since_last(*work.after);
+  if (!work.kept.empty())
+    work.merge = merge_maps(*work.after, work.map_id, work.insertion.keyframe, work.kept,
+                            *work.view, work.merge_search, work.options);
+  const Map& map = work.merge.merged ? *work.merge.merged : *work.after;
+  if (work.news && work.merge.merged)
+    work.news->begin_anew(work.news_seq);
+  else if (work.news && map.epoch() != epoch)
+    work.news->begin_anew();
+  if (work.news) work.update = work.news->since_last(map);
 }
 
 }  // namespace eifmap

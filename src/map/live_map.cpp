@@ -23,6 +23,22 @@ void LiveMap::grow(const std::vector<double>& growth) {
   sight_counts.forget_last();
 }
 
+void LiveMap::include(const LiveMap& other, const Appended& appended, bool newest) {
+  log.include(other.log, appended, newest);
+  sight_counts.include(other.sight_counts, appended);
+  most_tracked.insert(most_tracked.end(), other.most_tracked.begin(), other.most_tracked.end());
+  loop_search = {};
+  removed_keyframes += other.removed_keyframes;
+  removed_landmarks += other.removed_landmarks;
+}
+
+void LiveMap::follow(LiveMap&& other, const Appended& appended) {
+  news = std::move(other.news);
+  update = std::move(other.update);
+  history = std::move(other.history);
+  reference = appended.first_keyframe + other.reference;
+}
+
 FinishedMap finish(const LiveMap& live) {
   FinishedMap finished;
   const Map& map = live.map();

@@ -8,6 +8,7 @@
 #include "map/loop_search.h"
 #include "map/map.h"
 #include "map/map_news.h"
+#include "map/merge_search.h"
 #include "map/sight_counts.h"
 #include "map/tracking.h"
 #include "map/tracking_history.h"
@@ -22,6 +23,10 @@ struct LiveMap {
   void make_metric(double metres_per_unit);
   // The same when what is near each keyframe has grown by so much (Map::bend()); but `last`.
   void grow(const std::vector<double>& growth);
+  // The books of another map, which is in this one now: not where the camera is.
+  void include(const LiveMap& other, const Appended& appended, bool newest);
+  // The camera of the map that has just been included, as the newest, is in this one.
+  void follow(LiveMap&& other, const Appended& appended);
   // Never written to once it is here: a job may be reading it.
   const Map& map() const { return *current; }
 
@@ -32,6 +37,7 @@ struct LiveMap {
   TrackingHistory history;
   SightCounts sight_counts;
   LoopSearch loop_search;         // while no job has it
+  MergeSearch merge_search;       // the same
   std::vector<int> most_tracked;  // by keyframe: landmarks that the best frame tracked from there
   // What the bounds have cost (map_bounds.h).
   int removed_keyframes = 0, removed_landmarks = 0;

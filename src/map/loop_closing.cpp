@@ -1,13 +1,13 @@
 #include "map/loop_closing.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "map/image_shift.h"
 #include "map/loop_gate.h"
 #include "map/loop_graph.h"
 #include "map/loop_join.h"
+#include "map/map_settling.h"
 #include "map/pose_search.h"
 
 namespace eifmap {
@@ -21,31 +21,6 @@ bool agrees_already(const Map& map, const LoopFit& fit, const MapperOptions& opt
   return median_shift(map, fit.sights, fit.world_from_newest.rigid(), map.pose(fit.newest)) <=
              kOfRadius * search_radius(map, options) &&
          std::abs(std::log(fit.world_from_newest.scale)) <= kOfScale;
-}
-
-// To the mean from a start that is far from it for an update, which would throw out what does not
-// fit yet, and keep what happens to agree with where the map was. False where it does not get
-// nearer.
-bool settle(Map& map) {
-  constexpr int kSteps = 8;
-  constexpr double kNear = 1;  // squared sigmas
-  double before = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < kSteps; ++k) {
-    const WholeIteration step = map.filter().iterate_whole();
-    if (!step.ok || !(step.squared_step <= before)) return false;
-    if (step.squared_step <= kNear) return true;
-    before = step.squared_step;
-  }
-  return true;
-}
-
-// Most of what made the loop must still be seen as it says.
-int sights_left(const Map& map, const LoopFit& fit) {
-  return static_cast<int>(
-      std::count_if(fit.sights.begin(), fit.sights.end(), [&](const LandmarkSight& s) {
-        return map.keyframe(fit.newest).track[s.keypoint] == s.track &&
-               map.track(s.track).is_landmark();
-      }));
 }
 
 Reason bend_and_join(Map& map, const LoopFit& fit, const MapperOptions& options,
@@ -83,7 +58,7 @@ LoopOutcome close_loop(Map& map, int newest, LoopSearch& search, const MapperOpt
   if (!fit.ok()) return outcome;
   Map closed = map;
   outcome.reason = bend_and_join(closed, fit, options, outcome);
-  const int left = sights_left(closed, fit);
+  const int left = sights_left(closed, fit.newest, fit.sights);
   if (outcome.reason == Reason::kNone && 2 * left < static_cast<int>(fit.sights.size()))
     outcome.reason = Reason::kLoopNotConfirmed;
   outcome.detail = "keyframe " + std::to_string(newest) + " at " + std::to_string(*old) + ": " +

@@ -39,22 +39,23 @@ int cells_with_sights(const ObservedFrame& observed, const std::vector<LandmarkS
 }
 
 // Logarithms of old over new depth, of features that are landmarks on both sides.
-std::vector<double> log_depth_ratios(const Map& map, const LoopFit& fit) {
+std::vector<double> log_depth_ratios(const Map& there, const Map& here, const LoopFit& fit) {
   const Rigid3 from_old = fit.world_from_newest.rigid().inverse();
-  const Rigid3 from_new = map.pose(fit.newest).inverse();
+  const Rigid3 from_new = here.pose(fit.newest).inverse();
   std::vector<double> ratios;
   for (const LandmarkSight& s : fit.sights) {
-    const int own = map.keyframe(fit.newest).track[s.keypoint];
-    if (own == kNoTrack || own == s.track || !map.track(own).is_landmark()) continue;
-    const double z_old = (from_old * map.position(s.track)).z();
-    const double z_new = (from_new * map.position(own)).z();
+    const int own = here.keyframe(fit.newest).track[s.keypoint];
+    const bool is_same = &there == &here && own == s.track;
+    if (own == kNoTrack || is_same || !here.track(own).is_landmark()) continue;
+    const double z_old = (from_old * there.position(s.track)).z();
+    const double z_new = (from_new * here.position(own)).z();
     if (z_old > 0 && z_new > 0) ratios.push_back(std::log(z_old / z_new));
   }
   return ratios;
 }
 
-void fit_scale(const Map& map, const LoopOptions& options, LoopFit& fit) {
-  std::vector<double> ratios = log_depth_ratios(map, fit);
+void fit_scale(const Map& there, const Map& here, const LoopOptions& options, LoopFit& fit) {
+  std::vector<double> ratios = log_depth_ratios(there, here, fit);
   const auto n = static_cast<double>(ratios.size());
   if (static_cast<int>(ratios.size()) < options.min_scale_pairs)
     return refuse(fit, Reason::kLoopScaleUncertain,
@@ -98,9 +99,9 @@ bool scale_drift_variance(const Map& map, int old, int newest, double& variance)
 }
 
 // By the index of places; before that is ready, all over the map.
-std::vector<int> most_alike(const Map& map, int newest, const std::vector<char>& allowed,
-                            int count) {
-  if (map.places().ready()) return places_by_look(map, newest, allowed, count);
+std::vector<int> most_alike(const Map& map, const FeatureFrame& frame,
+                            const std::vector<char>& allowed, int count) {
+  if (map.places().ready()) return places_by_look(map, frame, allowed, count);
   std::vector<int> all, some;
   for (int k = 0; k < map.num_keyframes(); ++k)
     if (allowed[k]) all.push_back(k);
@@ -122,15 +123,16 @@ double way_between(const Map& map, int from, int to) {
 
 }  // namespace
 
-LoopFit fit_loop(const Map& map, int old, int newest, const MapperOptions& options) {
+LoopFit fit_place(const Map& there, int old, const Map& here, int newest,
+                  const MapperOptions& options) {
   LoopFit fit;
   fit.old = old;
   fit.newest = newest;
-  const ObservedFrame& observed = map.keyframe(newest).observed();
+  const ObservedFrame& observed = here.keyframe(newest).observed();
   const LastMotion unknown;
-  const PoseSearch search(map, observed, unknown, options);
+  const PoseSearch search(there, observed, unknown, options);
   const std::vector<LandmarkSight> matched = landmarks_among(
-      map, old, match_omega_m(map.keyframe(old).observed(), observed, options.match));
+      there, old, match_omega_m(there.keyframe(old).observed(), observed, options.match));
   Tracking found;
   found.reference = found.related = old;
   const bool is_posed = search.by_pnp(matched, PoseSource::kRelocalized, found);
@@ -149,8 +151,12 @@ LoopFit fit_loop(const Map& map, int old, int newest, const MapperOptions& optio
                " of 16 parts of the image");
     return fit;
   }
-  fit_scale(map, options.loop, fit);
+  fit_scale(there, here, options.loop, fit);
   return fit;
+}
+
+LoopFit fit_loop(const Map& map, int old, int newest, const MapperOptions& options) {
+  return fit_place(map, old, map, newest, options);
 }
 
 void check_possible(const Map& map, const LoopOptions& options, LoopFit& fit) {
@@ -188,15 +194,19 @@ void check_possible(const Map& map, const LoopOptions& options, LoopFit& fit) {
 }
 
 void check_only_place(const Map& map, const MapperOptions& options, LoopFit& fit) {
+  check_only_place(map, map.keyframe(fit.newest).observed(),
+                   may_close(map, fit.newest, options.loop), options, fit);
+}
+
+void check_only_place(const Map& map, const ObservedFrame& observed, std::vector<char> elsewhere,
+                      const MapperOptions& options, LoopFit& fit) {
   const std::vector<int> of_place = map.num_shared(fit.old);
-  std::vector<char> elsewhere = may_close(map, fit.newest, options.loop);
   for (int k = 0; k < map.num_keyframes(); ++k)
     if (of_place[k] > 0 || k == fit.old) elsewhere[k] = 0;
-  const ObservedFrame& observed = map.keyframe(fit.newest).observed();
   const LastMotion unknown;
   const PoseSearch search(map, observed, unknown, options);
   const int agree = static_cast<int>(fit.sights.size());
-  for (const int k : most_alike(map, fit.newest, elsewhere, options.loop.max_compared)) {
+  for (const int k : most_alike(map, observed.frame, elsewhere, options.loop.max_compared)) {
     const std::vector<LandmarkSight> matched =
         landmarks_among(map, k, match_omega_m(map.keyframe(k).observed(), observed, options.match));
     if (static_cast<int>(matched.size()) < options.loop.min_matches) continue;

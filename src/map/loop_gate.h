@@ -32,6 +32,11 @@ struct LoopFit {
 // all in one part of the image, or where the depths do not agree on one scale.
 LoopFit fit_loop(const Map& map, int old, int newest, const MapperOptions& options);
 
+// The same of two maps: `newest` is one of `here`, the old place and the fit's landmarks, pose and
+// scale are of `there`.
+LoopFit fit_place(const Map& there, int old, const Map& here, int newest,
+                  const MapperOptions& options);
+
 // Whether the map may be as far off as the loop says, by the filter's own covariance of the two
 // keyframes to each other and of their scales; generously, for what the calibration adds is in no
 // keypoint's sigma.
@@ -39,5 +44,10 @@ void check_possible(const Map& map, const LoopOptions& options, LoopFit& fit);
 
 // Whether another place explains the newest keyframe about as well.
 void check_only_place(const Map& map, const MapperOptions& options, LoopFit& fit);
+
+// The same of a keyframe that need not be one of the map's, against the keyframes that are
+// `elsewhere` (by keyframe 1) but for what shares landmarks with the old place.
+void check_only_place(const Map& map, const ObservedFrame& observed, std::vector<char> elsewhere,
+                      const MapperOptions& options, LoopFit& fit);
 
 }  // namespace eifmap

@@ -46,11 +46,10 @@ std::vector<char> may_close(const Map& map, int newest, const LoopOptions& optio
   return allowed;
 }
 
-std::vector<int> places_by_look(const Map& map, int newest, const std::vector<char>& allowed,
-                                int count) {
+std::vector<int> places_by_look(const Map& map, const FeatureFrame& frame,
+                                const std::vector<char>& allowed, int count) {
   std::vector<int> places;
-  for (const PlaceScore& place :
-       map.places().query(map.keyframe(newest).observed().frame, map.places().size())) {
+  for (const PlaceScore& place : map.places().query(frame, map.places().size())) {
     if (static_cast<int>(places.size()) >= count) break;
     if (allowed[static_cast<std::size_t>(place.id)]) places.push_back(place.id);
   }
@@ -60,7 +59,8 @@ std::vector<int> places_by_look(const Map& map, int newest, const std::vector<ch
 std::vector<int> likely_places(const Map& map, int newest, int turn, const LoopOptions& options) {
   const std::vector<char> allowed = may_close(map, newest, options);
   const int count = options.max_candidates;
-  std::vector<int> places = places_by_look(map, newest, allowed, (count + 1) / 2);
+  std::vector<int> places =
+      places_by_look(map, map.keyframe(newest).observed().frame, allowed, (count + 1) / 2);
   const int left = count - static_cast<int>(places.size());
   for (const int k : places_by_position(map, newest, allowed, turn, left))
     if (!contains(places, k)) places.push_back(k);

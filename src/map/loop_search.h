@@ -14,10 +14,10 @@ namespace eifmap {
 // seeing nothing that `newest` or a keyframe around it sees.
 std::vector<char> may_close(const Map& map, int newest, const LoopOptions& options);
 
-// Of those, the keyframes that look most like `newest` (the index of places), best first; none
+// Of those, the keyframes that look most like the frame (the index of places), best first; none
 // before the index is ready. At most `count`.
-std::vector<int> places_by_look(const Map& map, int newest, const std::vector<char>& allowed,
-                                int count);
+std::vector<int> places_by_look(const Map& map, const FeatureFrame& frame,
+                                const std::vector<char>& allowed, int count);
 
 // Of those, the keyframes that may show what `newest` shows by where they are: such as look the
 // same way and are as near as the map may be off, and one of all others. So few of them that they

@@ -54,6 +54,12 @@ struct MapEdge {
 };
 using MapEdges = SharedVector<MapEdge, 8>;
 
+// Where what another map had is now, and how much it has grown.
+struct Appended {
+  int first_keyframe = 0, first_track = 0;
+  double growth = 1;
+};
+
 class Map {
  public:
   Map(const Camera& camera, const MapperOptions& options);
@@ -87,6 +93,15 @@ class Map {
   // keyframe stays. Returns by keyframe how much what is near it has grown; of a removed one, its
   // carrier's.
   std::vector<double> bend(const std::vector<Similarity>& world_from_keyframe);
+
+  // Puts what another map holds after what this one does, where world_from_other says: keyframes
+  // (removed ones, too), tracks, sights and edges, each with the number that it had more by what
+  // is said. Nothing is lost by it, and nothing known that was not: the other's gauge was by
+  // definition and is dropped, and how the two maps are to each other only what they share will
+  // tell, which is to be joined before the next update. Throws std::invalid_argument, and changes
+  // nothing, where the scale is not positive, the other map's features are of another Laplacian
+  // sign, or it has absolute measurements (is_measured()).
+  Appended append(const Map& other, const Similarity& world_from_other);
 
   // Takes a keyframe out of the map: its sights, the landmarks that less than two are left of, its
   // edges, whose measurements may be used again by the other keyframe, and what was seen in it.
@@ -130,6 +145,8 @@ class Map {
   // 1 more when all of it has changed at once, as when it became metric or a loop was closed.
   int epoch() const { return num_bends_ + (is_metric() ? 1 : 0); }
   bool is_metric() const { return scale_.state.status == ScaleStatus::kFixed; }
+  bool is_measured() const;  // has absolute measurements, or some that wait
+  MapSign map_sign() const { return keyframe(0).observed().map_sign; }  // of one that has begun
   int num_bends() const { return num_bends_; }
 
   // Landmarks (tracks) that a measured distance is of, ascending: not to be given up for less than
@@ -156,6 +173,9 @@ class Map {
  private:
   void add_measurement(int landmark, const Sight& sight);
   void carry_removed();
+  void append_keyframes(const Map& other, const Similarity& world_from_other);
+  void append_tracks(const Map& other, const Similarity& world_from_other, int first_keyframe);
+  void append_edges(const Map& other, int first_keyframe);
 
   double radians_per_pixel_;
   // Copies share what a keyframe does not reach.

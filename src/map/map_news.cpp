@@ -1,5 +1,6 @@
 #include "map/map_news.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace eifmap {
@@ -107,7 +108,8 @@ void MapNews::compare_landmarks(const Map& map, MapUpdate& update) {
   }
 }
 
-void MapNews::begin_anew() {
+void MapNews::begin_anew(std::int64_t seq) {
+  seq_ = std::max(seq_, seq);
   sent_poses_.clear();
   sent_.clear();
   is_whole_ = true;

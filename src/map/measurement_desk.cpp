@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <utility>
 
 namespace eifmap {
@@ -64,6 +65,21 @@ void MeasurementDesk::make_metric(double metres_per_unit) {
 void MeasurementDesk::grow(const std::vector<double>& growth) {
   for (PlacedFrame& frame : frames_)
     if (frame.keyframe >= 0) frame.grow(growth[static_cast<std::size_t>(frame.keyframe)]);
+}
+
+void MeasurementDesk::include(const std::deque<PlacedFrame>& frames, const Appended& appended,
+                              bool is_in_other) {
+  std::deque<PlacedFrame> others = frames;
+  for (PlacedFrame& frame : is_in_other ? frames_ : others) {
+    if (frame.keyframe < 0) continue;
+    frame.keyframe += appended.first_keyframe;
+    frame.grow(appended.growth);
+  }
+  std::deque<PlacedFrame> all;
+  std::merge(others.begin(), others.end(), frames_.begin(), frames_.end(), std::back_inserter(all),
+             [](const PlacedFrame& a, const PlacedFrame& b) { return a.time_us < b.time_us; });
+  while (all.size() > kMostFrames) all.pop_front();
+  frames_ = std::move(all);
 }
 
 Reason MeasurementDesk::find(const Map& map, std::int64_t time_us, Between& between) const {

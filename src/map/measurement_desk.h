@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "absolute_measurement.h"
@@ -46,6 +47,13 @@ class MeasurementDesk {
   // By keyframe, how much what is near it has grown: Map::bend().
   void grow(const std::vector<double>& growth);
   void forget_frames() { frames_.clear(); }
+  // When another map becomes the one in use: its frames for those so far.
+  std::deque<PlacedFrame> change_frames(std::deque<PlacedFrame> frames) {
+    return std::exchange(frames_, std::move(frames));
+  }
+  // Another map is in the one in use now: its frames. Or, where the one in use is in the other:
+  // `appended` is of those so far.
+  void include(const std::deque<PlacedFrame>& frames, const Appended& appended, bool is_in_other);
 
   // One that waits, or was taken.
   struct Entry {

@@ -109,8 +109,8 @@ bool PoseSearch::search_around(const Guess& guess, const std::vector<int>& landm
 }
 
 // Of the landmarks that should be seen from the tracked pose, the share that is.
-double PoseSearch::share_seen(const std::vector<int>& landmarks, const Rigid3& pose,
-                              const std::vector<LandmarkSight>& sights) const {
+double PoseSearch::share_found(const std::vector<int>& landmarks, const Rigid3& pose,
+                               const std::vector<LandmarkSight>& sights) const {
   const std::vector<int> expected = landmarks_expected(map_, SafeView(observed_), pose, landmarks);
   const auto seen = std::count_if(expected.begin(), expected.end(), [&sights](int track) {
     return std::binary_search(
@@ -143,8 +143,8 @@ bool PoseSearch::search_wider(const Guess& guess, const std::vector<int>& keyfra
     return false;
   constexpr double kOfTracked = 0.5;
   const Rigid3& pose = guess.world_from_camera;
-  if (share_seen(others, pose, wider.sights) <
-      kOfTracked * share_seen(local, pose, tracking.sights))
+  if (share_found(others, pose, wider.sights) <
+      kOfTracked * share_found(local, pose, tracking.sights))
     return false;
   tracking = std::move(wider);
   return true;

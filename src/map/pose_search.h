@@ -59,8 +59,8 @@ class PoseSearch {
   bool search_around(const Guess& guess, const std::vector<int>& landmarks,
                      Tracking& tracking) const;
   bool confirm(const Guess& guess, PoseSource source, Tracking& tracking) const;
-  double share_seen(const std::vector<int>& landmarks, const Rigid3& pose,
-                    const std::vector<LandmarkSight>& sights) const;
+  double share_found(const std::vector<int>& landmarks, const Rigid3& pose,
+                     const std::vector<LandmarkSight>& sights) const;
   bool search_wider(const Guess& guess, const std::vector<int>& keyframes,
                     const std::vector<int>& local, Tracking& tracking) const;
   void take(const AbsolutePose& judged, const std::vector<LandmarkSight>& found,

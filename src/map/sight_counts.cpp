@@ -92,6 +92,12 @@ void SightCounts::add(const Map& map, const Tracking& tracking) {
   }
 }
 
+void SightCounts::include(const SightCounts& other, const Appended& appended) {
+  counts_.resize(static_cast<std::size_t>(appended.first_track));
+  counts_.insert(counts_.end(), other.counts_.begin(), other.counts_.end());
+  forget_last();
+}
+
 std::vector<int> SightCounts::hardly_seen(const Map& map) const {
   constexpr int kEnough = 12;  // expected sights before a landmark is judged
   constexpr double kShare = 0.25;

@@ -50,6 +50,10 @@ class SightCounts {
   // Where the frame counted last was is not known any more: the next one counts.
   void forget_last() { last_.reset(); }
 
+  // Those of another map, which is in this one now.
+  void include(const SightCounts& other, const Appended& appended);
+  const SafeView& view() const { return view_; }
+
   // The landmarks seen in less than a quarter of the frames that should show them; ascending.
   std::vector<int> hardly_seen(const Map& map) const;
 

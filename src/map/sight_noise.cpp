@@ -28,4 +28,12 @@ double SightNoise::follow(const FilterUpdate& update) {
   return change;
 }
 
+double SightNoise::include(const SightNoise& other) {
+  const double change = std::max(factor_, other.factor_) / factor_;
+  factor_ = std::max(factor_, other.factor_);
+  estimate_ = std::max(estimate_, other.estimate_);
+  keyframes_ += other.keyframes_;
+  return change;
+}
+
 }  // namespace eifmap

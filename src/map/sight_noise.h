@@ -26,6 +26,10 @@ class SightNoise {
   // change has all sights looked at again.
   double follow(const FilterUpdate& update);
 
+  // One of two maps that become one: the larger holds for both, since too small a sigma is what
+  // costs a map. Returns what factor() is multiplied by.
+  double include(const SightNoise& other);
+
  private:
   double least_, largest_;
   double factor_;

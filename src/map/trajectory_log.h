@@ -28,6 +28,16 @@ class TrajectoryLog {
     for (Entry& e : entries_)
       e.keyframe_from_camera.translation *= growth[static_cast<std::size_t>(e.keyframe)];
   }
+  // That of another map, which is in this one now; its frames came before this one's newest.
+  // Or, as the `newest`, after all of them.
+  void include(const TrajectoryLog& other, const Appended& appended, bool newest) {
+    std::vector<Entry> entries = other.entries_;
+    for (Entry& e : entries) {
+      e.keyframe += appended.first_keyframe;
+      e.keyframe_from_camera.translation *= appended.growth;
+    }
+    entries_.insert(newest ? entries_.end() : entries_.begin(), entries.begin(), entries.end());
+  }
   bool newest_is(std::int64_t time_us) const {
     return !entries_.empty() && entries_.back().time_us == time_us;
   }

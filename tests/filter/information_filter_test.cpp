@@ -240,8 +240,8 @@ TEST(InformationFilter, RefusesMisuse) {
   EXPECT_THROW(filter.add_measurement(landmark, 0, {0, 0}, 1), std::invalid_argument);
   filter.add_pose({});
   EXPECT_THROW(filter.add_measurement(landmark, 0, {0, 0}, 0), std::invalid_argument);
-  EXPECT_THROW(filter.add_edge(0, 0, {}), std::invalid_argument);
-  EXPECT_THROW(filter.add_edge(0, 1, {}), std::invalid_argument);
+  EXPECT_THROW(filter.add_edge(0, 0, RelativePose()), std::invalid_argument);
+  EXPECT_THROW(filter.add_edge(0, 1, RelativePose()), std::invalid_argument);
 }
 
 }  // namespace

@@ -153,5 +153,51 @@ TEST(MapAssembler, ANewMapReplacesTheOldOne) {
   EXPECT_TRUE(assembler.map().keyframes.contains(70)) << "a restarted server counts from 1 again";
 }
 
+// A map that is in use again has the number that it had, and a greater epoch than all before.
+TEST(MapAssembler, AnOldMapThatIsInUseAgainReplacesTheNewerOne) {
+  const auto whole = [](std::int64_t map_id, std::int64_t map_epoch, std::int64_t seq,
+                        std::int64_t first_id) {
+    MapUpdate update = samples::map_update(1, 1, -1, first_id);
+    update.map_id = map_id;
+    update.map_epoch = map_epoch;
+    update.seq = seq;
+    return split_update(update, kOrigin, 0, 32768).at(0);
+  };
+  using Outcome = MapAssembler::Outcome;
+  MapAssembler assembler;
+  EXPECT_EQ(assembler.add(whole(1, 0, 7, 0)), Outcome::kApplied);
+  EXPECT_EQ(assembler.add(whole(2, 1, 3, 50)), Outcome::kApplied) << "a new map counts from 0";
+  EXPECT_EQ(assembler.add(whole(1, 0, 8, 0)), Outcome::kIgnored) << "said before that";
+  EXPECT_EQ(assembler.map().map_id, 2);
+  EXPECT_EQ(assembler.add(whole(1, 2, 8, 10)), Outcome::kApplied);
+  EXPECT_EQ(assembler.map().map_id, 1);
+  EXPECT_TRUE(assembler.map().keyframes.contains(10));
+  EXPECT_FALSE(assembler.map().keyframes.contains(50));
+  EXPECT_EQ(assembler.add(whole(2, 1, 4, 50)), Outcome::kIgnored) << "said before that";
+  EXPECT_EQ(assembler.map().map_id, 1);
+  EXPECT_EQ(assembler.map().map_epoch, 2);
+}
+
+// Parts of the map that is in use again are there, but not all of them.
+TEST(MapAssembler, WhatComesLateDoesNotUndoANewEpoch) {
+  MapUpdate again = samples::map_update(2, 200, -1, 10);
+  again.map_epoch = 2;
+  again.seq = 8;
+  const std::vector<MapPart> parts = split_update(again, kOrigin, 0, 2048);
+  ASSERT_GT(parts.size(), 1u);
+  MapUpdate late = samples::map_update(1, 1, -1, 50);
+  late.map_id = 2;
+  late.map_epoch = 1;
+  MapAssembler assembler;
+  assembler.add(split_update(samples::map_update(1, 1, -1), kOrigin, 0, 32768).at(0));
+  assembler.add(parts[0]);
+  EXPECT_EQ(assembler.add(split_update(late, kOrigin, 0, 32768).at(0)),
+            MapAssembler::Outcome::kIgnored);
+  for (std::size_t i = 1; i < parts.size(); ++i) assembler.add(parts[i]);
+  EXPECT_EQ(assembler.map().map_id, 1);
+  EXPECT_EQ(assembler.map().map_epoch, 2);
+  EXPECT_EQ(assembler.lost_updates(), 0);
+}
+
 }  // namespace
 }  // namespace eifmap

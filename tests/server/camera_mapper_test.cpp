@@ -112,9 +112,12 @@ TEST(CameraMapper, ChangedCalibrationBeginsANewMapWithANewNumber) {
   const SyntheticStream stream;
   CameraMapper mapper{ServerConfig{}};
   mapper.take_calibration("cam0", calibration(synthetic_camera()));
-  std::int64_t first_map = 0, second_map = 0;
-  for (int i = 0; i < 25; ++i)
-    first_map = mapper.take_frame(kFeatures, bytes(stream.frame(i))).result.map_id;
+  std::int64_t first_map = 0, second_map = 0, first_epoch = 0, second_epoch = 0;
+  for (int i = 0; i < 25; ++i) {
+    const FrameResult result = mapper.take_frame(kFeatures, bytes(stream.frame(i))).result;
+    first_map = result.map_id;
+    first_epoch = result.map_epoch;
+  }
   ASSERT_GT(first_map, 0);
 
   EXPECT_EQ(mapper.take_calibration("cam0", calibration(changed_camera())).reason, Reason::kNone);
@@ -126,11 +129,14 @@ TEST(CameraMapper, ChangedCalibrationBeginsANewMapWithANewNumber) {
     ASSERT_FALSE(mapped.result.rejected) << mapped.result.detail;
     EXPECT_EQ(mapped.new_calibration.empty(), i > 0);
     second_map = mapped.result.map_id;
+    second_epoch = mapped.result.map_epoch;
     if (!mapped.update) continue;
     EXPECT_EQ(mapped.update->map_id, second_map);
+    EXPECT_EQ(mapped.update->map_epoch, second_epoch);
     whole = whole || mapped.update->base_seq == -1;
   }
   EXPECT_GT(second_map, first_map);
+  EXPECT_GT(second_epoch, first_epoch) << "clients order maps by it";
   EXPECT_TRUE(whole) << "the first update of a new map is a whole map";
 }
 

@@ -196,6 +196,33 @@ TEST_F(ViewModelTest, ANewMapStartsFromNothing) {
   EXPECT_EQ(late_page(), page());
 }
 
+TEST_F(ViewModelTest, AMapThatIsInUseAgainIsShown) {
+  const auto in_map = [](std::int64_t map_id, std::int64_t map_epoch, int i) {
+    PublishedPose message = pose(5, map_id, i);
+    message.result.map_epoch = map_epoch;
+    return message;
+  };
+  take(in_map(1, 0, 0));
+  take(in_map(2, 1, 3));
+  take(in_map(1, 0, 6));  // said before that
+  EXPECT_EQ(page().path.dump(), "[[1.0,0.1,-1.5,0]]");
+  take(in_map(1, 2, 6));
+  take(in_map(2, 1, 3));  // the same
+  EXPECT_EQ(page().path.dump(), "[[2.0,0.1,-3.0,0]]");
+  EXPECT_NE(page().sections.at("events").dump().find("the camera is in map 1 again"),
+            std::string::npos);
+  auto late = part(5, 2, -1);
+  late.update.map_epoch = 1;
+  late.update.keyframes.push_back({9, 1000, {}});
+  take(late);
+  auto again = part(5, 1, -1);
+  again.update.map_epoch = 2;
+  again.update.keyframes.push_back({7, 1000, {}});
+  take(again);
+  EXPECT_TRUE(page().keyframes.contains("7"));
+  EXPECT_FALSE(page().keyframes.contains("9"));
+}
+
 TEST_F(ViewModelTest, ARestartOfTheServerIsSaid) {
   take(status(5, status_t::STATE_TRACKING));
   for (int i = 0; i < 10; ++i) take(pose(5, 3, i));
