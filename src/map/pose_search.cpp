@@ -112,11 +112,8 @@ bool PoseSearch::search_around(const Guess& guess, const std::vector<int>& landm
 double PoseSearch::share_found(const std::vector<int>& landmarks, const Rigid3& pose,
                                const std::vector<LandmarkSight>& sights) const {
   const std::vector<int> expected = landmarks_expected(map_, SafeView(observed_), pose, landmarks);
-  const auto seen = std::count_if(expected.begin(), expected.end(), [&sights](int track) {
-    return std::binary_search(
-        sights.begin(), sights.end(), LandmarkSight{track, 0},
-        [](const LandmarkSight& a, const LandmarkSight& b) { return a.track < b.track; });
-  });
+  const auto seen = std::count_if(expected.begin(), expected.end(),
+                                  [&sights](int track) { return sees(sights, track); });
   return expected.empty() ? 0 : static_cast<double>(seen) / static_cast<double>(expected.size());
 }
 
@@ -127,6 +124,7 @@ double PoseSearch::share_found(const std::vector<int>& landmarks, const Rigid3& 
 // has been tracked, and they are not taken.
 bool PoseSearch::search_wider(const Guess& guess, const std::vector<int>& keyframes,
                               const std::vector<int>& local, Tracking& tracking) const {
+  if (options_.tracking.near_keyframes == 0) return false;
   const std::vector<int> near =
       near_keyframes(map_, guess.world_from_camera, map_.median_depth(tracking.reference),
                      options_.tracking.near_keyframes, keyframes);

@@ -12,14 +12,14 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
+}  // namespace
+
 bool sees(const std::vector<LandmarkSight>& sights, int track) {
   const auto place =
       std::lower_bound(sights.begin(), sights.end(), track,
                        [](const LandmarkSight& sight, int t) { return sight.track < t; });
   return place != sights.end() && place->track == track;
 }
-
-}  // namespace
 
 SafeView::SafeView(const Camera& camera) {
   constexpr double kMargin = 0.05;  // of the image's height: about a large blob's radius

@@ -12,6 +12,9 @@
 
 namespace eifmap {
 
+// Whether the landmark is among the sights (by track ascending).
+bool sees(const std::vector<LandmarkSight>& sights, int track);
+
 // A rectangle in normalized image coordinates of which every place is in the image, with a margin:
 // near its edge a blob is cut off and not found.
 class SafeView {
