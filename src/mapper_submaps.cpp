@@ -1,5 +1,4 @@
 // Maps that are left, come back to, and become one.
-#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -9,25 +8,6 @@
 #include "mapper_state.h"
 
 namespace eifmap {
-namespace {
-
-// In a kept map: what looks like the image, and some others in turn.
-std::vector<int> keyframes_to_try(LiveMap& kept, const FeatureFrame& frame, int places) {
-  constexpr int kOthers = 3;
-  const Map& map = kept.map();
-  std::vector<int> keyframes;
-  for (const PlaceScore& place : map.places().query(frame, places)) keyframes.push_back(place.id);
-  const int others = std::max(1, kOthers - static_cast<int>(keyframes.size()));
-  for (int i = 0; i < others; ++i) {
-    while (map.is_removed(kept.next_to_try % map.num_keyframes())) ++kept.next_to_try;
-    const int k = kept.next_to_try++ % map.num_keyframes();
-    if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
-  }
-  return keyframes;
-}
-
-}  // namespace
-
 // The map in use is another one, or has become one with another.
 void Mapper::State::begin_epoch(std::int64_t epoch) {
   epoch_before = epoch - live->map().epoch();
@@ -66,7 +46,7 @@ Tracking Mapper::State::find_in(LiveMap& there, const FeatureFrame& frame,
                                 ObservedFrame& observed) const {
   const Map& map = there.map();
   observed = observe(frame, camera, map.map_sign(), map.sigma_factor());
-  return relocalize(map, observed, keyframes_to_try(there, observed.frame, options.lost.places),
+  return relocalize(map, observed, keyframes_to_try(there, observed.frame, options.lost.places, {}),
                     options);
 }
 

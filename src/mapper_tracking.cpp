@@ -131,26 +131,14 @@ Tracking Mapper::State::try_to_go_on(const ObservedFrame& observed) {
 
 Tracking Mapper::State::try_relocalize(const ObservedFrame& observed) {
   const Step step(observer, "relocalize");
-  // What looks like the image, where the camera was lost, the newest, and in turn some others, the
-  // fewer the more look like it: a frame's time stays bounded.
-  constexpr int kNear = 3, kNewest = 2, kOthers = 3;
-  const int n = live->map().num_keyframes();
-  std::vector<int> keyframes;
-  for (const PlaceScore& place : live->map().places().query(observed.frame, options.lost.places))
-    keyframes.push_back(place.id);
-  const int others = std::max(1, kOthers - static_cast<int>(keyframes.size()));
-  const auto add = [&keyframes](int k) {
-    if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
-  };
-  const auto next_in_use = [&] {
-    while (live->map().is_removed(live->next_to_try % n)) ++live->next_to_try;
-    return live->next_to_try++ % n;
-  };
-  for (const int k : live->map().covisible(live->reference, kNear)) add(k);
-  for (int k = n - 1, found = 0; k >= 0 && found < kNewest; --k)
-    if (!live->map().is_removed(k)) add(k), ++found;
-  for (int k = 0; k < others; ++k) add(next_in_use());
-  return relocalize(live->map(), observed, keyframes, options);
+  // Where the camera was lost, and the newest.
+  constexpr int kNear = 3, kNewest = 2;
+  const Map& map = live->map();
+  std::vector<int> likely = map.covisible(live->reference, kNear);
+  for (int k = map.num_keyframes() - 1, found = 0; k >= 0 && found < kNewest; --k)
+    if (!map.is_removed(k)) likely.push_back(k), ++found;
+  return relocalize(map, observed,
+                    keyframes_to_try(*live, observed.frame, options.lost.places, likely), options);
 }
 
 void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {

@@ -1,5 +1,6 @@
 #include "map/live_map.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "map/near_keyframes.h"
@@ -56,6 +57,24 @@ FinishedMap finish(const LiveMap& live) {
          static_cast<int>(track.sights.size())});
   }
   return finished;
+}
+
+std::vector<int> keyframes_to_try(LiveMap& live, const FeatureFrame& frame, int places,
+                                  const std::vector<int>& likely) {
+  constexpr int kOthers = 3;
+  const Map& map = live.map();
+  std::vector<int> keyframes;
+  for (const PlaceScore& place : map.places().query(frame, places)) keyframes.push_back(place.id);
+  const int others = std::max(1, kOthers - static_cast<int>(keyframes.size()));
+  const auto add = [&keyframes](int k) {
+    if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
+  };
+  for (const int k : likely) add(k);
+  for (int i = 0; i < others; ++i) {
+    while (map.is_removed(live.next_to_try % map.num_keyframes())) ++live.next_to_try;
+    add(live.next_to_try++ % map.num_keyframes());
+  }
+  return keyframes;
 }
 
 int better_reference(const Map& map, const Tracking& tracking) {

@@ -55,6 +55,12 @@ struct FinishedMap {
 
 FinishedMap finish(const LiveMap& live);
 
+// Where a lost camera may be in the map: the keyframes that look most like the image (at most
+// `places`), the `likely` ones, and in turn some others, the fewer the more look like it: a frame's
+// time stays bounded.
+std::vector<int> keyframes_to_try(LiveMap& live, const FeatureFrame& frame, int places,
+                                  const std::vector<int>& likely);
+
 // The keyframe that shares the most of the frame's landmarks, if it is clearly a better reference
 // than the present one: on a way back the old keyframes serve again.
 int better_reference(const Map& map, const Tracking& tracking);

@@ -160,9 +160,6 @@ LoopFit fit_loop(const Map& map, int old, int newest, const MapperOptions& optio
 }
 
 void check_possible(const Map& map, const LoopOptions& options, LoopFit& fit) {
-  // Chi-square of 6 degrees of freedom, 1 in 10,000; of one, as many sigmas.
-  constexpr double kGate = 27.86, kScaleGate = 3.9;
-  constexpr double kRotationFloor = 0.01, kScaleFloor = 0.03;  // rad; of the scale's logarithm
   PoseBlock of_map;
   double of_scale = 0;
   if (!relative_covariance(map.filter(), fit.old, fit.newest, of_map) ||
@@ -185,7 +182,7 @@ void check_possible(const Map& map, const LoopOptions& options, LoopFit& fit) {
   const double log_scale = std::log(fit.world_from_newest.scale);
   const double scale_sigma = std::sqrt(inflation * of_scale + kScaleFloor * kScaleFloor +
                                        fit.sigma_log_scale * fit.sigma_log_scale);
-  if (squared <= kGate && std::abs(log_scale) <= kScaleGate * scale_sigma) return;
+  if (squared <= kPoseGate && std::abs(log_scale) <= kScaleGate * scale_sigma) return;
   std::ostringstream detail;
   detail << "off by " << off.tail<3>().norm() << " and " << off.head<3>().norm()
          << " rad, chi-square " << squared << ", and in scale by a factor of "

@@ -37,6 +37,12 @@ LoopFit fit_loop(const Map& map, int old, int newest, const MapperOptions& optio
 LoopFit fit_place(const Map& there, int old, const Map& here, int newest,
                   const MapperOptions& options);
 
+// What two poses of one keyframe may differ by: chi-square of 6 degrees of freedom, 1 in 10,000; of
+// the scale's logarithm, as many sigmas. And what is in no covariance: rad; of the scale's
+// logarithm.
+inline constexpr double kPoseGate = 27.86, kScaleGate = 3.9;
+inline constexpr double kRotationFloor = 0.01, kScaleFloor = 0.03;
+
 // Whether the map may be as far off as the loop says, by the filter's own covariance of the two
 // keyframes to each other and of their scales; generously, for what the calibration adds is in no
 // keypoint's sigma.

@@ -143,9 +143,7 @@ MergeOutcome merge_maps(const Map& here, std::int64_t map_id, int newest,
                    ", " + found.detail;
   search.begin_anew();
   if (!found.ok()) return outcome;
-  const Map& there = *std::find_if(kept.begin(), kept.end(), [&](const KeptView& k) {
-                        return k.map_id == found.map_id;
-                      })->map;
+  const Map& there = *map_of(found.map_id, kept);
   LoopFit last = found.fits.back();
   std::vector<char> elsewhere;
   for (int k = 0; k < there.num_keyframes(); ++k) elsewhere.push_back(!there.is_removed(k));

@@ -15,12 +15,6 @@ namespace {
 
 constexpr int kAround = 6;  // keyframes of a place, the one itself among them
 
-const Map* map_of(std::int64_t map_id, const std::vector<KeptView>& kept) {
-  for (const KeptView& k : kept)
-    if (k.map_id == map_id) return k.map.get();
-  return nullptr;
-}
-
 // The most alike; before the index is ready, one after the other.
 std::vector<int> likely_in(const Map& there, const FeatureFrame& frame, int turn, int count) {
   const std::vector<char> all(static_cast<std::size_t>(there.num_keyframes()), 1);
@@ -53,15 +47,18 @@ void check_seen(const Map& there, const Map& here, const SafeView& view,
 
 }  // namespace
 
+const Map* map_of(std::int64_t map_id, const std::vector<KeptView>& kept) {
+  for (const KeptView& k : kept)
+    if (k.map_id == map_id) return k.map.get();
+  return nullptr;
+}
+
 Similarity there_from_here(const LoopFit& fit, const Map& here) {
   return fit.world_from_newest * Similarity::of(here.pose(fit.newest)).inverse();
 }
 
 bool agree(const LoopFit& a, const LoopFit& b, const Map& there, const Map& here,
            const LoopOptions& options) {
-  // As check_possible() of loop_gate.cpp.
-  constexpr double kGate = 27.86, kScaleGate = 3.9;
-  constexpr double kRotationFloor = 0.01, kScaleFloor = 0.03;
   const double log_ratio = std::log(b.world_from_newest.scale / a.world_from_newest.scale);
   const double scale_variance = a.sigma_log_scale * a.sigma_log_scale +
                                 b.sigma_log_scale * b.sigma_log_scale + kScaleFloor * kScaleFloor;
@@ -92,7 +89,7 @@ bool agree(const LoopFit& a, const LoopFit& b, const Map& there, const Map& here
   covariance.topLeftCorner<3, 3>().diagonal().array() += kRotationFloor * kRotationFloor;
   covariance.bottomRightCorner<3, 3>() += scale_variance * (step * step.transpose());
   covariance.bottomRightCorner<3, 3>().diagonal().array() += floor * floor;
-  return off.dot(covariance.ldlt().solve(off)) <= kGate;
+  return off.dot(covariance.ldlt().solve(off)) <= kPoseGate;
 }
 
 // What was found is of a map that has changed since.

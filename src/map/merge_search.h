@@ -19,6 +19,9 @@ struct KeptView {
   std::shared_ptr<const Map> map;
 };
 
+// Null where it is not among them.
+const Map* map_of(std::int64_t map_id, const std::vector<KeptView>& kept);
+
 // Where keyframes in a row of the map in use are in a kept map.
 struct MapsFit {
   bool found = false;             // a place that seems to be in the kept map
