@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include "map/trajectory_log.h"
 #include "mapper.h"
 #include "simulation/feature_world.h"
+#include "support/late_runner.h"
 #include "support/map_scene.h"
 
 namespace eifmap::test {
@@ -38,24 +38,6 @@ const std::vector<FeatureFrame>& frames() {
   }();
   return frames;
 }
-
-// Adopts each job before the n-th frame after its own, and runs it then.
-class LateRunner : public KeyframeRunner {
- public:
-  explicit LateRunner(int n) : n_(n) {}
-  void start(KeyframeJob job) override { job_.emplace(std::move(job)), since_ = 0; }
-  bool due(const FeatureFrame&) override { return ++since_ == n_; }
-  KeyframeJob finish() override {
-    KeyframeJob job = std::move(*job_);
-    job_.reset();
-    job.run();
-    return job;
-  }
-
- private:
-  int n_, since_ = 0;
-  std::optional<KeyframeJob> job_;
-};
 
 struct LapRun {
   MapperStatistics statistics;

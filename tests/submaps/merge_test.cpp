@@ -9,6 +9,7 @@
 #include "decision.h"
 #include "map/keyframe_work.h"
 #include "submaps/carried_camera.h"
+#include "support/late_runner.h"
 
 namespace eifmap::test {
 namespace {
@@ -71,24 +72,6 @@ TEST(Merge, IntoTheKeptMap) {
   go_to_a(camera);
   expect_one_map(camera);
 }
-
-// Adopts each job before the n-th frame after its own, and runs it then.
-class LateRunner : public KeyframeRunner {
- public:
-  explicit LateRunner(int n) : n_(n) {}
-  void start(KeyframeJob job) override { job_.emplace(std::move(job)), since_ = 0; }
-  bool due(const FeatureFrame&) override { return ++since_ == n_; }
-  KeyframeJob finish() override {
-    KeyframeJob job = std::move(*job_);
-    job_.reset();
-    job.run();
-    return job;
-  }
-
- private:
-  int n_, since_ = 0;
-  std::optional<KeyframeJob> job_;
-};
 
 // Adopts each job when another run did.
 class ReplayRunner : public KeyframeRunner {
