@@ -18,6 +18,9 @@ constexpr double kNoisePx = 0.5;
 constexpr double kMaxSpread = 2.5;  // of the noise: beyond, the fit is not at its minimum
 constexpr int kPatience =
     10;  // images in a row that do not match; then the next one is the reference
+// Images in a row without a match, dark ones too, after which the last roll tells nothing: a camera
+// that was carried on unseen is rather held as at its first image.
+constexpr int kMemory = 30;
 // Steps in which a turned image is looked for: half of one is what upright descriptors bear.
 constexpr int kSteps = 12;
 constexpr double kLeastStep = kPi / 180;
@@ -132,6 +135,7 @@ void RollFollower::follow(const Features& features, const Camera& camera,
                           const Describe& describe) {
   Strongest image(features, camera);
   sure_ = false;
+  ++images_since_match_;
   if (image.size() < kMinFeatures) return;
   if (reference_.size() == 0) take_as_reference(image);
 
@@ -141,12 +145,14 @@ void RollFollower::follow(const Features& features, const Camera& camera,
     take_as_reference(last_.size() > 0 ? last_ : reference_);
     sure_ = match_with_reference(image, noise) || match_turned(image, noise, describe);
   }
-  if (!sure_ && ++images_unmatched_ < kPatience) return;
+  const bool forgotten = images_since_match_ >= kMemory;
+  if (!sure_ && ++images_unmatched_ < kPatience && !forgotten) return;
   if (!sure_) {
-    image.down = last_.down;
+    image.down = forgotten ? Eigen::Vector3d::UnitY().eval() : last_.down;
     take_as_reference(image);
   }
   images_unmatched_ = 0;
+  if (sure_ || forgotten) images_since_match_ = 0;
   last_ = std::move(image);
   if (std::hypot(last_.down.x(), last_.down.y()) < kLeastDown) {
     last_.down = Eigen::Vector3d(last_.down.x(), last_.down.y(), 0).normalized();

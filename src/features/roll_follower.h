@@ -28,7 +28,8 @@ struct RollOptions {
 
 // Matches each image's strongest features with those of a reference image and carries along which
 // way is down: the first image's +v. When too few are left to match, or they fit no longer, the
-// last image that did is the next reference. A pure function of the images so far.
+// last image that did is the next reference. After a second or so without any match, as in the
+// dark, +v is down again. A pure function of the images so far.
 class RollFollower {
  public:
   explicit RollFollower(const RollOptions& options) : options_(options) {}
@@ -70,7 +71,8 @@ class RollFollower {
   RollOptions options_;
   Strongest reference_, last_;  // the last one that matched
   std::optional<Turn> turn_;    // of the last one against the reference
-  int images_unmatched_ = 0;    // in a row
+  int images_unmatched_ = 0;    // in a row, dark ones not counted
+  int images_since_match_ = 0;
   float angle_ = 0;
   bool sure_ = true;
 };

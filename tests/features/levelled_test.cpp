@@ -147,6 +147,37 @@ TEST(Levelled, GoesOnAfterACut) {
   EXPECT_LT(difference(levelled.roll(), roll), 0.1 * kDegree);
 }
 
+// How a camera was held before it was carried through the dark says little of how it is held now.
+TEST(Levelled, IsLevelAgainAfterALongDark) {
+  FeatureExtractor levelled = extractor(ExtractorKind::kAuto);
+  levelled.extract(rolled(0, 1), camera());
+  for (const double degrees : {10., 20., 30., 40.})
+    levelled.extract(rolled(degrees * kDegree, 1), camera());
+  ASSERT_LT(difference(levelled.roll(), 40 * kDegree), kDegree);
+  const cv::Mat dark = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
+  const testing::Texture other(10);
+  const cv::Mat image = testing::view(other, kWidth, kHeight, Eigen::Matrix3d::Identity(), 1.5, 4);
+  for (int i = 0; i < 5; ++i) levelled.extract(dark, camera());
+  levelled.extract(image, camera());
+  EXPECT_LT(difference(levelled.roll(), 40 * kDegree), kDegree) << "a short dark";
+  for (int i = 0; i < 30; ++i) levelled.extract(dark, camera());
+  levelled.extract(image, camera());
+  EXPECT_LT(difference(levelled.roll(), 0), kDegree) << "a long dark";
+  levelled.extract(image, camera());
+  EXPECT_TRUE(levelled.roll_is_sure());
+}
+
+// But of the same view, whichever way it is turned, the roll is known.
+TEST(Levelled, KnowsTheLastViewAfterALongDark) {
+  FeatureExtractor levelled = extractor(ExtractorKind::kAuto);
+  for (const double degrees : {0., 10., 20., 30., 40.})
+    levelled.extract(rolled(degrees * kDegree, 1), camera());
+  for (int i = 0; i < 40; ++i) levelled.extract(cv::Mat::zeros(kHeight, kWidth, CV_8UC1), camera());
+  levelled.extract(rolled(80 * kDegree, 1), camera());
+  EXPECT_TRUE(levelled.roll_is_sure());
+  EXPECT_LT(difference(levelled.roll(), 80 * kDegree), kDegree);
+}
+
 // Down is nowhere in the image of a camera that looks along it: level is what it was on the way.
 TEST(Levelled, LookingStraightDownIsNoReasonToTurn) {
   FeatureExtractor levelled = extractor(ExtractorKind::kAuto);
