@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "bus/bus.h"
+#include "client/library/map_client.h"
 #include "convert/decision_message.h"
-#include "convert/map_assembler.h"
 #include "convert/measurement_message.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
@@ -45,10 +45,14 @@ class Logger {
   };
   // These from the thread that calls bus.receive().
   const Counts& counts() const { return counts_; }
-  const MapAssembler& map() const { return map_; }
+  const MapClient& map() const { return map_; }
   const status_t& last_status() const { return last_status_; }      // zeros before the first
   bool server_stopped() const { return server_stopped_; }           // the one logged
   Clock::time_point last_message() const { return last_message_; }  // that was taken; first: open()
+
+  // To be called now and then, 10 times a second or more: asks the server for what is missing of
+  // the map.
+  void tick() { map_.tick(); }
 
   // Writes map.ply, and trajectory.tum anew where a map has become metric. Returns "" or what went
   // wrong since open().
@@ -72,8 +76,9 @@ class Logger {
   Bus& bus_;
   std::ofstream trajectory_, poses_, statuses_, decisions_, measurements_;
   std::map<std::int64_t, PublishedPath> paths_;  // by the server's run
-  MapAssembler map_;
+  MapClient map_;
   Counts counts_;
+  std::int64_t map_malformed_ = 0;
   std::set<MeasurementId> measured_;  // written; a datagram may come twice
   // Until it is known which camera is logged; few come before the first pose.
   std::vector<NamedMeasurement> early_;
