@@ -85,9 +85,11 @@ Json json_of(const status_t& status) {
   json["reason"] = status.reason;
   json["message"] = status.message;
   json["hint"] = status.hint;
+  json["server_epoch"] = status.server_epoch;
   json["map_id"] = status.map_id;
   json["map_epoch"] = status.map_epoch;
   json["map_seq"] = status.map_seq;
+  json["map_digest"] = status.map_digest;
   add_scale(json, read_scale(status));
   add_earth(json, read_earth(status));
   json["frames_received"] = status.frames_received;
@@ -255,6 +257,25 @@ void Logger::receive_map(const std::string& channel, Bytes bytes) {
   last_message_ = Clock::now();
 }
 
+// Which of the published maps it is, and whether there was a later one.
+std::string Logger::write_map_facts() const {
+  const PublishedMap& map = map_.map();
+  const Json facts{{"camera", map.camera()},
+                   {"server_epoch", map.server_epoch()},
+                   {"map_id", map.map_id()},
+                   {"map_epoch", map.map_epoch()},
+                   {"map_seq", map.seq()},
+                   {"map_digest", map.digest()},
+                   {"is_last", !map_.is_stale()},
+                   {"keyframes", map.keyframes().size()},
+                   {"landmarks", map.landmarks().size()},
+                   {"observations", map.num_observations()},
+                   {"requests", map_.counts().requests}};
+  std::ofstream file(folder_ / "map.json");
+  file << facts.dump(1) << '\n' << std::flush;
+  return file ? "" : (folder_ / "map.json").string() + ": cannot be written; is the disk full?";
+}
+
 // So far it has each pose in the unit of its time.
 std::string Logger::finish_trajectory() {
   std::vector<TimedPose> poses;
@@ -273,6 +294,7 @@ std::string Logger::finish() {
   for (std::ofstream* file : {&trajectory_, &poses_, &statuses_, &decisions_, &measurements_})
     if (!file->flush()) return folder_.string() + ": could not be written to the end; is it full?";
   if (std::string problem = finish_trajectory(); !problem.empty()) return problem;
+  if (std::string problem = write_map_facts(); !problem.empty()) return problem;
   return write_ply(folder_ / "map.ply", points_of(map_.map()));
 }
 

@@ -1,7 +1,7 @@
 // Writes what a server publishes into a folder: trajectory.tum (the tracked poses, in the end the
 // same text as the server's own: in metres where a map has become metric), poses.jsonl and
 // status.jsonl (everything, a line a message), decisions.jsonl and measurements.jsonl (for a
-// replay), and in the end map.ply from the map's updates.
+// replay), and in the end the map: its points in map.ply, what it is of in map.json.
 #pragma once
 
 #include <chrono>
@@ -16,11 +16,11 @@
 #include <vector>
 
 #include "bus/bus.h"
-#include "client/library/map_client.h"
 #include "convert/decision_message.h"
 #include "convert/measurement_message.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
+#include "eifmap/map_client.h"
 #include "published_path.h"
 
 namespace eifmap {
@@ -54,8 +54,8 @@ class Logger {
   // the map.
   void tick() { map_.tick(); }
 
-  // Writes map.ply, and trajectory.tum anew where a map has become metric. Returns "" or what went
-  // wrong since open().
+  // Writes map.ply and map.json, and trajectory.tum anew where a map has become metric. Returns ""
+  // or what went wrong since open().
   std::string finish();
 
  private:
@@ -70,6 +70,7 @@ class Logger {
   bool is_mine(const std::string& channel);
   void take(const Origin& origin);
   std::string finish_trajectory();
+  std::string write_map_facts() const;
 
   std::filesystem::path folder_;
   std::string camera_;

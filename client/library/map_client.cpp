@@ -1,4 +1,4 @@
-#include "client/library/map_client.h"
+#include "eifmap/map_client.h"
 
 #include <chrono>
 #include <lcm/lcm-cpp.hpp>
