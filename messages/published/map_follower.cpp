@@ -37,7 +37,7 @@ bool MapFollower::take_run(std::int64_t server_epoch, TimePoint now) {
 }
 
 bool MapFollower::is_stale() const {
-  return heard_seq_ > 0 && (!is_right_ || heard_seq_ > map_.seq());
+  return is_right_ ? heard_seq_ > map_.seq() : heard_seq_ > 0 || map_.seq() > 0;
 }
 
 // Updates from the map on, and whole maps that are newer.
@@ -174,7 +174,7 @@ bool MapFollower::goes_by_whole() const {
 }
 
 std::optional<map_request_t> MapFollower::ask(TimePoint now, std::int64_t utime) {
-  if (!is_stale() || now < next_ask_) return std::nullopt;
+  if (!is_stale() || heard_seq_ == 0 || now < next_ask_) return std::nullopt;
   map_request_t request{};
   request.utime = utime;
   request.requester = requester_;

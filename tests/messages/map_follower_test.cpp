@@ -185,6 +185,9 @@ TEST(MapFollower, AnotherRunOfTheServerReplacesTheMap) {
   MapFollower follower(1);
   take_all(follower, old.next(true));
   take_all(follower, old.next(false));
+  follower.hear("cam0", 2, 0, kStart);
+  EXPECT_TRUE(follower.is_stale());
+  EXPECT_FALSE(follower.ask(kStart + 1h, 0)) << "the new run has no map yet";
   const auto first = restarted.next(true);
   follower.take(first[0], kStart);
   EXPECT_EQ(follower.map().server_epoch(), 1) << "until the new one is whole";

@@ -153,6 +153,28 @@ TEST_F(ViewModelTest, OnlyWhatChangedInTheMapIsSaid) {
   EXPECT_EQ(late_page(), page());
 }
 
+TEST_F(ViewModelTest, AMapThatIsBehindIsSaidAndAskedFor) {
+  MapUpdate first = update(1, 0), second = update(1, 1);
+  first.keyframes.push_back({0, 1000, {}});
+  second.keyframes.push_back({1, 1000, {}});
+  take_map(first);
+  auto heard = pose(5, 1, 0);
+  heard.result.map_seq = 2;
+  take(heard);
+  EXPECT_FALSE(page().sections.at("map").at("behind")) << "its parts are on their way";
+  now_ += 900ms;
+  const auto request = model_.ask(now_, 7);
+  ASSERT_TRUE(request);
+  ASSERT_EQ(request->missing.size(), 1u);
+  EXPECT_EQ(request->missing[0].seq, 2);
+  now_ += 200ms;
+  EXPECT_TRUE(page().sections.at("map").at("behind"));
+  take_map(second);
+  EXPECT_FALSE(page().sections.at("map").at("behind"));
+  EXPECT_EQ(page().keyframes.size(), 2u);
+  EXPECT_FALSE(model_.ask(now_ + 1h, 7));
+}
+
 TEST_F(ViewModelTest, RefusalsComeWithWordsNumbersAndAHint) {
   auto waiting = pose(5, 0, 0, TrackingState::kStarting);
   waiting.result.reason = Reason::kNoBaseline;
