@@ -40,17 +40,20 @@ int run(const Options& options, StopSignals& signals) {
   Logger& logger = *opened.logger;
   spdlog::info("logging {} into {}", options.lcm_url, options.folder);
   bool healthy = true;
-  while (healthy && !signals.arrived() && !is_over(logger, options))
+  while (healthy && !signals.arrived() && !is_over(logger, options)) {
     healthy = bus.bus->receive(milliseconds(50));
+    logger.tick();
+  }
   if (!healthy) spdlog::error("LCM broke off at {}", options.lcm_url);
   const std::string problem = logger.finish();
   if (!problem.empty()) spdlog::error(problem);
   const Logger::Counts& counts = logger.counts();
   spdlog::info("{} poses, {} of them tracked; map of {} keyframes and {} landmarks", counts.poses,
-               counts.tracked, logger.map().map().keyframes.size(),
-               logger.map().map().landmarks.size());
-  if (logger.map().lost_updates() > 0)
-    spdlog::warn("{} map updates were lost: the map is not whole", logger.map().lost_updates());
+               counts.tracked, logger.map().map().keyframes().size(),
+               logger.map().map().landmarks().size());
+  if (counts.poses > 0 && logger.map().is_stale())
+    spdlog::warn("the last updates of the map did not arrive: it is the one of update {}",
+                 logger.map().map().seq());
   if (counts.malformed > 0) spdlog::warn("{} messages could not be read", counts.malformed);
   return healthy && problem.empty() ? 0 : kFailed;
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "convert/channel.h"
+#include "client/map_points.h"
 #include "convert/earth_fields.h"
 #include "convert/scale_fields.h"
 #include "names.h"
@@ -11,6 +11,7 @@
 #include "sequence/measurements_file.h"
 #include "sequence/ply.h"
 #include "sequence/tum.h"
+#include "wire/channel.h"
 
 namespace eifmap {
 namespace {
@@ -84,9 +85,11 @@ Json json_of(const status_t& status) {
   json["reason"] = status.reason;
   json["message"] = status.message;
   json["hint"] = status.hint;
+  json["server_epoch"] = status.server_epoch;
   json["map_id"] = status.map_id;
   json["map_epoch"] = status.map_epoch;
   json["map_seq"] = status.map_seq;
+  json["map_digest"] = status.map_digest;
   add_scale(json, read_scale(status));
   add_earth(json, read_earth(status));
   json["frames_received"] = status.frames_received;
@@ -137,7 +140,10 @@ Logger::Logger(const std::filesystem::path& folder, const std::string& camera, B
       poses_(folder / "poses.jsonl"),
       statuses_(folder / "status.jsonl"),
       decisions_(folder / "decisions.jsonl"),
-      measurements_(folder / "measurements.jsonl") {
+      measurements_(folder / "measurements.jsonl"),
+      map_(camera, [this](const std::string& channel, const std::vector<std::uint8_t>& bytes) {
+        bus_.publish(channel, bytes);
+      }) {
   const auto subscribe = [&](std::string_view of, ChannelKind kind,
                              void (Logger::*handler)(const std::string&, Bytes)) {
     bus.subscribe(channel_pattern(of, kind), kQueue,
@@ -172,13 +178,14 @@ void Logger::take(const Origin& origin) {
   last_message_ = Clock::now();
 }
 
-void Logger::receive_pose(const std::string&, Bytes bytes) {
+void Logger::receive_pose(const std::string& channel, Bytes bytes) {
   const auto pose = decode_pose(bytes);
   if (!pose.ok()) {
     ++counts_.malformed;
     return;
   }
   take(pose.value.origin);
+  map_.receive(channel, bytes.data(), bytes.size());
   const FrameResult& result = pose.value.result;
   ++counts_.poses;
   // Flushed line by line: a logger that is killed leaves what it had.
@@ -189,7 +196,7 @@ void Logger::receive_pose(const std::string&, Bytes bytes) {
   trajectory_ << tum_line({result.time_us, result.map_from_camera}) << '\n' << std::flush;
 }
 
-void Logger::receive_status(const std::string&, Bytes bytes) {
+void Logger::receive_status(const std::string& channel, Bytes bytes) {
   auto status = decode_status(bytes);
   if (!status.ok()) {
     ++counts_.malformed;
@@ -200,6 +207,7 @@ void Logger::receive_status(const std::string&, Bytes bytes) {
   if (camera_.empty()) camera_ = camera;
   if ((!camera.empty() && camera != camera_) || (server_epoch_ && epoch != *server_epoch_)) return;
   if (!camera.empty()) server_epoch_ = epoch;
+  map_.receive(channel, bytes.data(), bytes.size());
   last_message_ = Clock::now();
   ++counts_.statuses;
   // The last map's scale may become known after the last pose.
@@ -240,15 +248,32 @@ void Logger::write(const NamedMeasurement& named) {
   measurements_ << eifmap::line_of(named.measurement) << '\n' << std::flush;
 }
 
-void Logger::receive_map(const std::string&, Bytes bytes) {
-  const auto part = decode_map_part(bytes);
-  if (!part.ok()) {
-    ++counts_.malformed;
-    return;
-  }
-  take(part.value.origin);
-  ++counts_.map_parts;
-  map_.add(part.value);
+void Logger::receive_map(const std::string& channel, Bytes bytes) {
+  map_.receive(channel, bytes.data(), bytes.size());
+  const MapClient::Counts counts = map_.counts();
+  counts_.malformed += counts.malformed - std::exchange(map_malformed_, counts.malformed);
+  if (counts.parts == std::exchange(counts_.map_parts, counts.parts)) return;
+  if (camera_.empty()) camera_ = map_.camera();
+  last_message_ = Clock::now();
+}
+
+// Which of the published maps it is, and whether there was a later one.
+std::string Logger::write_map_facts() const {
+  const PublishedMap& map = map_.map();
+  const Json facts{{"camera", map.camera()},
+                   {"server_epoch", map.server_epoch()},
+                   {"map_id", map.map_id()},
+                   {"map_epoch", map.map_epoch()},
+                   {"map_seq", map.seq()},
+                   {"map_digest", map.digest()},
+                   {"is_last", !map_.is_stale()},
+                   {"keyframes", map.keyframes().size()},
+                   {"landmarks", map.landmarks().size()},
+                   {"observations", map.num_observations()},
+                   {"requests", map_.counts().requests}};
+  std::ofstream file(folder_ / "map.json");
+  file << facts.dump(1) << '\n' << std::flush;
+  return file ? "" : (folder_ / "map.json").string() + ": cannot be written; is the disk full?";
 }
 
 // So far it has each pose in the unit of its time.
@@ -266,11 +291,11 @@ std::string Logger::finish_trajectory() {
 }
 
 std::string Logger::finish() {
-  map_.finish();
   for (std::ofstream* file : {&trajectory_, &poses_, &statuses_, &decisions_, &measurements_})
     if (!file->flush()) return folder_.string() + ": could not be written to the end; is it full?";
   if (std::string problem = finish_trajectory(); !problem.empty()) return problem;
-  return write_ply(folder_ / "map.ply", map_.map().points());
+  if (std::string problem = write_map_facts(); !problem.empty()) return problem;
+  return write_ply(folder_ / "map.ply", points_of(map_.map()));
 }
 
 }  // namespace eifmap

@@ -1,7 +1,7 @@
 // Writes what a server publishes into a folder: trajectory.tum (the tracked poses, in the end the
 // same text as the server's own: in metres where a map has become metric), poses.jsonl and
 // status.jsonl (everything, a line a message), decisions.jsonl and measurements.jsonl (for a
-// replay), and in the end map.ply from the map's updates.
+// replay), and in the end the map: its points in map.ply, what it is of in map.json.
 #pragma once
 
 #include <chrono>
@@ -17,10 +17,10 @@
 
 #include "bus/bus.h"
 #include "convert/decision_message.h"
-#include "convert/map_assembler.h"
 #include "convert/measurement_message.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
+#include "eifmap/map_client.h"
 #include "published_path.h"
 
 namespace eifmap {
@@ -45,13 +45,17 @@ class Logger {
   };
   // These from the thread that calls bus.receive().
   const Counts& counts() const { return counts_; }
-  const MapAssembler& map() const { return map_; }
+  const MapClient& map() const { return map_; }
   const status_t& last_status() const { return last_status_; }      // zeros before the first
   bool server_stopped() const { return server_stopped_; }           // the one logged
   Clock::time_point last_message() const { return last_message_; }  // that was taken; first: open()
 
-  // Writes map.ply, and trajectory.tum anew where a map has become metric. Returns "" or what went
-  // wrong since open().
+  // To be called now and then, 10 times a second or more: asks the server for what is missing of
+  // the map.
+  void tick() { map_.tick(); }
+
+  // Writes map.ply and map.json, and trajectory.tum anew where a map has become metric. Returns ""
+  // or what went wrong since open().
   std::string finish();
 
  private:
@@ -66,14 +70,16 @@ class Logger {
   bool is_mine(const std::string& channel);
   void take(const Origin& origin);
   std::string finish_trajectory();
+  std::string write_map_facts() const;
 
   std::filesystem::path folder_;
   std::string camera_;
   Bus& bus_;
   std::ofstream trajectory_, poses_, statuses_, decisions_, measurements_;
   std::map<std::int64_t, PublishedPath> paths_;  // by the server's run
-  MapAssembler map_;
+  MapClient map_;
   Counts counts_;
+  std::int64_t map_malformed_ = 0;
   std::set<MeasurementId> measured_;  // written; a datagram may come twice
   // Until it is known which camera is logged; few come before the first pose.
   std::vector<NamedMeasurement> early_;

@@ -8,12 +8,12 @@
 
 #include "bus/outbox.h"
 #include "convert/camera_message.h"
-#include "convert/channel.h"
 #include "convert/feature_message.h"
 #include "convert/feature_parts.h"
 #include "convert/image_message.h"
 #include "convert/measurement_message.h"
 #include "features/front_end.h"
+#include "wire/channel.h"
 
 namespace eifmap {
 namespace {

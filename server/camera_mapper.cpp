@@ -125,7 +125,6 @@ void CameraMapper::begin_map(const std::string& camera, const Camera& calibratio
   camera_ = camera;
   map_id_offset_ = largest_map_id_;
   if (largest_map_id_ > 0) epoch_offset_ = largest_epoch_ + 1;
-  map_seq_ = 0;
   record_ = {};
   timer_ = {};
   if (keyframes_) keyframes_->discard();
@@ -260,7 +259,8 @@ MapUpdate CameraMapper::next_update() {
   MapUpdate update = mapper_->map_update();
   update.map_id += map_id_offset_;
   update.map_epoch += epoch_offset_;
-  map_seq_ = update.seq;
+  update.seq = ++map_seq_;
+  if (update.base_seq != -1) update.base_seq = update.seq - 1;
   map_epoch_ = update.map_epoch;
   note_published(update.map_id, update.map_epoch);
   return update;

@@ -10,8 +10,6 @@
 #include <set>
 #include <string>
 
-#include "convert/bytes.h"
-#include "convert/channel.h"
 #include "convert/relative_message.h"
 #include "features/extractor.h"
 #include "mapper.h"
@@ -21,6 +19,8 @@
 #include "server/run_record.h"
 #include "server/step_timer.h"
 #include "server/stream_book.h"
+#include "wire/bytes.h"
+#include "wire/channel.h"
 
 namespace eifmap {
 
@@ -112,8 +112,9 @@ class CameraMapper {
   // A mapper counts its maps from 1, and how often what it publishes becomes another from 0; what
   // is published goes on counting from the mapper before.
   std::int64_t map_id_offset_ = 0, epoch_offset_ = 0;
-  std::int64_t largest_map_id_ = 0, largest_epoch_ = 0;    // published so far
-  std::int64_t map_id_ = 0, map_epoch_ = 0, map_seq_ = 0;  // published last
+  std::int64_t largest_map_id_ = 0, largest_epoch_ = 0;  // published so far
+  // Published last. Updates are numbered through all maps.
+  std::int64_t map_id_ = 0, map_epoch_ = 0, map_seq_ = 0;
   std::set<std::string> guessed_;  // cameras whose calibration in use is a guess
   StreamBook streams_;
   MeasurementIntake measurements_;

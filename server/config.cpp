@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "bus/link.h"
-#include "convert/channel.h"
 #include "program/nearest_name.h"
 #include "server/config_fields.h"
+#include "wire/channel.h"
 
 namespace eifmap {
 namespace {

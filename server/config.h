@@ -5,10 +5,10 @@
 #include <string>
 
 #include "bus/default_url.h"
-#include "convert/map_message.h"
 #include "features/extractor.h"
 #include "geometry/camera.h"
 #include "options.h"
+#include "published/map_part.h"
 #include "server/inbox.h"
 #include "server/keyframe_worker.h"
 

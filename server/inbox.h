@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "convert/bytes.h"
-#include "convert/channel.h"
+#include "wire/bytes.h"
+#include "wire/channel.h"
 
 namespace eifmap {
 
@@ -34,7 +34,8 @@ class Inbox {
 
   // Replaces nothing of its kind.
   static bool each_counts(ChannelKind kind) {
-    return kind == ChannelKind::kMeasurement || kind == ChannelKind::kRelativeRequest;
+    return kind == ChannelKind::kMeasurement || kind == ChannelKind::kRelativeRequest ||
+           kind == ChannelKind::kMapRequest;
   }
 
   struct Counts {

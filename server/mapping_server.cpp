@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "convert/decision_message.h"
+#include "convert/map_message.h"
 #include "server/clock.h"
 
 namespace eifmap {
@@ -36,7 +37,7 @@ MappingServer::MappingServer(const ServerConfig& config, Bus& bus, OnChange on_c
         inbox_.put({camera, ChannelKind::kFeatures}, frame, may_wait);
       }),
       mapper_(config),
-      outbox_(config.map_bytes_per_s),
+      maps_({config.part_bytes(), config.map_bytes_per_s}),
       board_(server_epoch_),
       next_status_(Clock::now()),
       next_reason_(Clock::now()) {
@@ -58,7 +59,7 @@ void MappingServer::subscribe(const ServerConfig& config) {
   };
   for (const ChannelKind kind :
        {ChannelKind::kCalibration, ChannelKind::kImage, ChannelKind::kFeatures,
-        ChannelKind::kMeasurement, ChannelKind::kRelativeRequest})
+        ChannelKind::kMeasurement, ChannelKind::kRelativeRequest, ChannelKind::kMapRequest})
     bus_.subscribe(channel_pattern(config.camera, kind), queued(kind),
                    [this](const std::string& channel, Bytes bytes) { receive(channel, bytes); });
   if (config.image_channel.empty()) return;
@@ -89,7 +90,7 @@ void MappingServer::run() {
     for (auto next = send_parts(); next && *next < give_up; next = send_parts())
       std::this_thread::sleep_until(*next);
   });
-  board_.note_parts_left(outbox_.drop_all());
+  board_.note_parts_left(maps_.drop_all());
   board_.note_stopping();
   guarded([this] {
     const status_t last = publish_status(true);
@@ -124,6 +125,8 @@ void MappingServer::take_turn() {
     take_measurement(*message);
   else if (message->channel.kind == ChannelKind::kRelativeRequest)
     take_request(*message);
+  else if (message->channel.kind == ChannelKind::kMapRequest)
+    take_map_request(*message);
   else
     take_frame(*message);
   tell_changes();
@@ -151,6 +154,17 @@ void MappingServer::take_request(const Received& message) {
   answer.time_us = now_us();
   answer.origin = {server_epoch_, request.value.camera};
   send(channel_name(request.value.camera, ChannelKind::kRelative), encode(to_message(answer)));
+}
+
+void MappingServer::take_map_request(const Received& message) {
+  Decoded<map_request_t> request = decode_map_request(message.bytes);
+  if (request.ok() && request.value.camera != message.channel.camera)
+    request = Decoded<map_request_t>::refuse(
+        Reason::kMalformedMessage, "it names camera " + request.value.camera +
+                                       " on a channel of camera " + message.channel.camera);
+  if (!request.ok()) return board_.note_measurement(request.reason, request.detail);
+  maps_.answer(request.value, Clock::now());
+  parts_wait_ = true;
 }
 
 void MappingServer::take_frame(const Received& message) {
@@ -201,18 +215,13 @@ CameraMapper::Mapped MappingServer::map_frame(const Received& message) {
 }
 
 void MappingServer::publish_map(const MapUpdate& update, std::int64_t time_us) {
-  if (std::exchange(published_map_, update.map_id) != update.map_id)
-    board_.note_parts_dropped(
-        outbox_.drop_all());  // of the map before, which is not the one in use
-  const std::string channel = channel_name(mapper_.camera(), ChannelKind::kMap);
-  for (const MapPart& part :
-       split_update(update, {server_epoch_, mapper_.camera()}, time_us, config_.part_bytes()))
-    outbox_.push(channel, encode(to_message(part)));
+  maps_.publish(to_message(update, {server_epoch_, mapper_.camera()}, time_us),
+                channel_name(mapper_.camera(), ChannelKind::kMap));
   parts_wait_ = true;
 }
 
 std::optional<MappingServer::Clock::time_point> MappingServer::send_parts() {
-  const auto next = outbox_.send_due(
+  const auto next = maps_.send_due(
       Clock::now(), [this](const std::string& channel, const std::vector<std::uint8_t>& bytes) {
         send(channel, bytes);
         board_.note_part_sent();
@@ -238,11 +247,12 @@ status_t MappingServer::publish_status(bool new_period) {
   if (new_period)
     next_status_ = now + std::chrono::duration_cast<Clock::duration>(
                              std::chrono::duration<double>(config_.status_period_s));
-  const status_t status = board_.make(mapper_.camera(),
-                                      {counts.frames, counts.dropped, counts.foreign, bad_channels_,
-                                       mapper_.calibration_is_guessed(), parts_.counts(),
-                                       mapper_.measurements(), counts.measurements_dropped},
-                                      mapper_.streams(), mapper_.statistics(), now, new_period);
+  const status_t status = board_.make(
+      mapper_.camera(),
+      {counts.frames, counts.dropped, counts.foreign, bad_channels_,
+       mapper_.calibration_is_guessed(), parts_.counts(), mapper_.measurements(),
+       counts.measurements_dropped, maps_.map().seq(), maps_.map().digest(), maps_.counts()},
+      mapper_.streams(), mapper_.statistics(), now, new_period);
   const std::string camera = mapper_.camera().empty() ? std::string(kNoCamera) : mapper_.camera();
   send(channel_name(camera, ChannelKind::kStatus), encode(status));
   return status;

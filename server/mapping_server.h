@@ -14,10 +14,10 @@
 #include <thread>
 
 #include "bus/bus.h"
-#include "bus/outbox.h"
 #include "server/camera_mapper.h"
 #include "server/config.h"
 #include "server/inbox.h"
+#include "server/map_publisher.h"
 #include "server/part_collector.h"
 #include "server/status_board.h"
 
@@ -62,6 +62,7 @@ class MappingServer {
   void take_calibration(const Received& message);
   void take_measurement(const Received& message);
   void take_request(const Received& message);
+  void take_map_request(const Received& message);
   void take_frame(const Received& message);
   void select_camera(const std::string& camera);
   CameraMapper::Mapped map_frame(const Received& message);
@@ -79,10 +80,9 @@ class MappingServer {
   Inbox inbox_;
   PartCollector parts_;
   CameraMapper mapper_;
-  Outbox outbox_;
+  MapPublisher maps_;
   StatusBoard board_;
-  std::int64_t last_time_us_ = 0;   // of the frame mapped last
-  std::int64_t published_map_ = 0;  // the map of the parts in the outbox
+  std::int64_t last_time_us_ = 0;  // of the frame mapped last
   std::pair<TrackingState, Reason> told_{};
   Clock::time_point next_status_, next_reason_;
   std::atomic<std::int64_t> bad_channels_ = 0;

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "absolute_measurement.h"
-#include "convert/bytes.h"
 #include "convert/measurement_message.h"
 #include "server/stream_book.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 

@@ -9,10 +9,10 @@
 #include <fstream>
 
 #include "convert/earth_fields.h"
-#include "convert/limits.h"
 #include "convert/scale_fields.h"
 #include "names.h"
 #include "server/clock.h"
+#include "wire/limits.h"
 
 namespace eifmap {
 namespace {
@@ -162,7 +162,6 @@ void StatusBoard::note_fault(const std::string& detail) {
 
 void StatusBoard::note_parts_left(std::int64_t parts) {
   parts_left_ += parts;
-  note_parts_dropped(parts);
 }
 
 void StatusBoard::note_new_map() {
@@ -220,7 +219,8 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.camera = camera;
   status.map_id = last_.map_id;
   status.map_epoch = last_.map_epoch;
-  status.map_seq = last_.map_seq;
+  status.map_seq = counts.map_seq;
+  status.map_digest = counts.map_digest;
   write_scale(statistics.scale, status);
   write_earth(statistics.earth, status);
   describe_state(status, camera);
@@ -266,7 +266,11 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.diagnostics.push_back(diagnostic("moving.most", statistics.most_moving));
   status.diagnostics.push_back(diagnostic("moving.frames", statistics.frames_with_moving));
   status.diagnostics.push_back(diagnostic("send_failures", send_failures_));
-  status.diagnostics.push_back(diagnostic("parts_dropped", parts_dropped_));
+  status.diagnostics.push_back(
+      diagnostic("parts_dropped", counts.maps.parts_dropped + parts_left_));
+  status.diagnostics.push_back(diagnostic("map_requests", counts.maps.requests));
+  status.diagnostics.push_back(diagnostic("map_parts_again", counts.maps.parts_again));
+  status.diagnostics.push_back(diagnostic("map_whole_again", counts.maps.whole_maps));
   status.diagnostics.push_back(diagnostic("internal_errors", faults_));
   describe_streams(status, streams);
   describe_measurements(status, counts.measurements, counts.measurements_dropped, statistics);

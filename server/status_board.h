@@ -10,6 +10,7 @@
 
 #include "convert/feature_parts.h"
 #include "map_view.h"
+#include "server/map_publisher.h"
 #include "server/measurement_intake.h"
 #include "server/stream_book.h"
 
@@ -31,7 +32,6 @@ class StatusBoard {
   void note_new_map();  // the mapper begins again
   void note_stopping() { stopping_ = true; }
   void note_part_sent() { ++parts_sent_; }
-  void note_parts_dropped(std::int64_t parts) { parts_dropped_ += parts; }
   // What of the map was not sent in time, at the end.
   void note_parts_left(std::int64_t parts);
   void note_send_failure() { ++send_failures_; }
@@ -43,6 +43,8 @@ class StatusBoard {
     FeatureAssembler::Counts parts;
     MeasurementIntake::Counts measurements;
     std::int64_t measurements_dropped = 0;
+    std::int64_t map_seq = 0, map_digest = 0;  // of the published map
+    MapPublisher::Counts maps = {};
   };
   // Rates are over the time since the last call with `new_period`.
   status_t make(const std::string& camera, const Counts& counts, const StreamBook& streams,
@@ -59,7 +61,7 @@ class StatusBoard {
   status_t identity_;  // what never changes
   FrameResult last_;   // the last frame's; its state is the mapper's last
   std::int64_t processed_ = 0, rejected_ = 0, malformed_ = 0, parts_sent_ = 0, send_failures_ = 0,
-               faults_ = 0, parts_dropped_ = 0, parts_left_ = 0;
+               faults_ = 0, parts_left_ = 0;
   std::vector<float> latencies_ms_;  // a ring
   std::size_t next_latency_ = 0;
   TimePoint period_begin_;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "convert/limits.h"
+#include "wire/limits.h"
 
 namespace eifmap {
 

@@ -134,9 +134,10 @@ struct MapUpdate {
   std::int64_t map_id = 0, map_epoch = 0;
   std::int64_t seq = 0, base_seq = -1;  // after and before this update; base -1: a whole map
   std::vector<KeyframeView> keyframes;  // new or moved
-  std::vector<LandmarkView> landmarks;  // new or moved in their anchor's frame
+  std::vector<LandmarkView> landmarks;  // new or changed
   std::vector<std::int64_t> removed_landmarks;
-  std::vector<ObservationView> observations;  // of the new keyframes
+  std::vector<ObservationView> observations;          // new
+  std::vector<ObservationView> removed_observations;  // of landmarks that are still there
 };
 
 struct TimedPose {

@@ -8,6 +8,7 @@
 
 #include "bus/lcm_bus.h"
 #include "client/logger.h"
+#include "client/map_points.h"
 #include "server/mapping_server.h"
 
 namespace eifmap {
@@ -137,7 +138,7 @@ InProcessResult run_in_process(ImageSource& source, const InProcessOptions& opti
   result.last_words = last_words(logger.last_status());
   for (const std::string& problem : {logger.finish(), server.write_results(options.output)})
     if (result.problem.empty()) result.problem = problem;
-  result.points = logger.map().map().points();
+  result.points = points_of(logger.map().map());
   return result;
 }
 

@@ -2,23 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+
+#include "convert/pose_fields.h"
 
 namespace eifmap {
 namespace {
 
-ShownKeyframe shown(const KeyframeView& keyframe) {
-  return {keyframe.map_from_camera};
+ShownKeyframe shown(const keyframe_t& keyframe) {
+  return {read_pose(keyframe.position, keyframe.quaternion)};
 }
 
-ShownLandmark shown(const LandmarkView& landmark) {
+ShownLandmark shown(const PublishedLandmark& landmark) {
+  const landmark_t& value = landmark.value;
   ShownLandmark result;
-  result.anchor = landmark.anchor;
-  for (int i = 0; i < 3; ++i)
-    result.position[static_cast<std::size_t>(i)] =
-        static_cast<float>(landmark.position_in_anchor[i]);
-  result.signed_observations = landmark.laplacian_sign * std::max(1, landmark.num_observations);
-  if (landmark.covariance.allFinite())
-    result.sigma = static_cast<float>(std::sqrt(std::max(0.0, landmark.covariance.trace())));
+  result.anchor = value.anchor;
+  std::copy(std::begin(value.position), std::end(value.position), result.position.begin());
+  result.signed_observations =
+      value.laplacian_sign * std::max(1, static_cast<int>(landmark.observations.size()));
+  const float variances = value.covariance[0] + value.covariance[3] + value.covariance[5];
+  if (std::isfinite(variances)) result.sigma = std::sqrt(std::max(0.0f, variances));
   return result;
 }
 
@@ -54,8 +57,8 @@ bool ShownKeyframe::operator==(const ShownKeyframe& other) const {
 
 MapChanges ShownMap::update(const PublishedMap& map) {
   MapChanges changes;
-  take_over(map.keyframes, keyframes_, changes.keyframes, changes.removed_keyframes);
-  take_over(map.landmarks, landmarks_, changes.landmarks, changes.removed_landmarks);
+  take_over(map.keyframes(), keyframes_, changes.keyframes, changes.removed_keyframes);
+  take_over(map.landmarks(), landmarks_, changes.landmarks, changes.removed_landmarks);
   return changes;
 }
 

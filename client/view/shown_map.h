@@ -7,7 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "convert/map_assembler.h"
+#include "geometry/rigid3.h"
+#include "published/published_map.h"
 
 namespace eifmap {
 

@@ -35,7 +35,7 @@ int run(const Options& options, StopSignals& signals) {
     return kFailed;
   }
   if (!bus.advice.empty()) spdlog::warn(bus.advice);
-  const ViewFeed feed(options.camera, view, *bus.bus);
+  ViewFeed feed(options.camera, view, *bus.bus);
   if (!options.at.loopback())
     spdlog::warn("whoever reaches {} can look at the map", options.at.address);
   spdlog::info("open {} in a browser; what is shown comes from {}", opened.server->url(),
@@ -45,6 +45,7 @@ int run(const Options& options, StopSignals& signals) {
       spdlog::error("LCM broke off at {}: start `eifmap view` again", options.lcm_url);
       return kFailed;
     }
+    feed.tick();
     opened.server->service();
   }
   return 0;

@@ -44,6 +44,13 @@ void ViewFeed::subscribe(std::string_view camera, ChannelKind kind,
                  });
 }
 
+void ViewFeed::tick() {
+  const auto utime = std::chrono::duration_cast<std::chrono::microseconds>(
+      std::chrono::system_clock::now().time_since_epoch());
+  if (const auto request = view_.model.ask(Clock::now(), utime.count()))
+    bus_.publish(channel_name(request->camera, ChannelKind::kMapRequest), encode(*request));
+}
+
 void ViewFeed::choose(const std::string& camera) {
   server_has_camera_ = true;
   if (!camera_.empty()) return;
@@ -61,7 +68,7 @@ void ViewFeed::receive_pose(Bytes bytes) {
 void ViewFeed::receive_map(Bytes bytes) {
   const auto part = decode_map_part(bytes);
   if (!part.ok()) return view_.model.note_malformed();
-  choose(part.value.origin.camera);
+  choose(part.value.camera);
   view_.model.take(part.value, Clock::now());
 }
 

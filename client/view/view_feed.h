@@ -6,14 +6,14 @@
 #include "bus/bus.h"
 #include "client/view/picture.h"
 #include "client/view/view_model.h"
-#include "convert/channel.h"
 #include "convert/feature_parts.h"
+#include "wire/channel.h"
 
 namespace eifmap {
 
 // All that the pages show.
 struct View {
-  ViewModel model;
+  ViewModel model{ViewModel::Clock::now(), random_requester()};
   Picture picture;
 };
 
@@ -30,6 +30,10 @@ class ViewFeed {
   ViewFeed& operator=(const ViewFeed&) = delete;
 
   const std::string& camera() const { return camera_; }  // "" none yet
+
+  // To be called now and then, 10 times a second or more: asks the server for what is missing of
+  // the map.
+  void tick();
 
   // Features and images are for the eye: the next ones are taken after this.
   static constexpr auto kPicturePeriod = std::chrono::milliseconds(80);

@@ -9,6 +9,7 @@
 #include "client/view/shown_path.h"
 #include "convert/camera_message.h"
 #include "frame.h"
+#include "map_view.h"
 
 namespace eifmap::view_json {
 

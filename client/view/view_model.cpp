@@ -55,6 +55,7 @@ void ViewModel::take(const PublishedPose& message, Clock::time_point now) {
   const FrameResult& pose = message.result;
   if (!take_epoch(message.origin.server_epoch, now)) return;
   if (pose.map_id != 0 && !take_map(pose.map_id, pose.map_epoch)) return;
+  follower_.hear(message.origin.camera, message.origin.server_epoch, pose.map_seq, now);
   take_scale(pose.scale);
   pose_ = pose;
   status_is_newer_ = false;
@@ -67,11 +68,9 @@ void ViewModel::take(const PublishedPose& message, Clock::time_point now) {
   }
 }
 
-void ViewModel::take(const MapPart& part, Clock::time_point now) {
-  if (!take_epoch(part.origin.server_epoch, now) ||
-      !take_map(part.update.map_id, part.update.map_epoch))
-    return;
-  if (assembler_.add(part) == MapAssembler::Outcome::kApplied) map_moved_ = true;
+void ViewModel::take(const map_part_t& part, Clock::time_point now) {
+  if (!take_epoch(part.server_epoch, now) || !take_map(part.map_id, part.map_epoch)) return;
+  if (follower_.take(part, now) == MapFollower::Outcome::kApplied) map_moved_ = true;
 }
 
 void ViewModel::take(const status_t& status, Clock::time_point now) {
@@ -81,6 +80,8 @@ void ViewModel::take(const status_t& status, Clock::time_point now) {
     tell("the server stopped");
   status_ = status;
   status_is_newer_ = true;
+  if (!status.camera.empty())
+    follower_.hear(status.camera, status.server_epoch, status.map_seq, now, status.map_digest);
 }
 
 void ViewModel::take(const NamedCamera& camera) {
@@ -212,9 +213,22 @@ void ViewModel::add_path(Json& increment) {
   path_.mark_sent();
 }
 
+void ViewModel::describe_map(Clock::time_point now) {
+  if (!follower_.is_stale())
+    behind_since_.reset();
+  else if (!behind_since_)
+    behind_since_ = now;
+  set("map", {{"id", map_id_},
+              {"behind", behind_since_ && now - *behind_since_ >= kBehind},
+              {"scale", name(scale_.status)},
+              {"scale_sigma", std::isfinite(scale_.sigma) ? Json(scale_.sigma) : Json(nullptr)}});
+}
+
 void ViewModel::add_map_changes(Json& increment) {
-  if (!std::exchange(map_moved_, false)) return;
-  const MapChanges changes = map_.update(assembler_.map());
+  const PublishedMap& map = follower_.map();
+  const bool is_shown = map.map_id() == map_id_ && map.server_epoch() == server_epoch_;
+  if (!is_shown || !std::exchange(map_moved_, false)) return;
+  const MapChanges changes = map_.update(map);
   const auto add_entries = [&increment](const char* section, const auto& entries) {
     if (entries.empty()) return;
     Json list = Json::array();
@@ -234,10 +248,7 @@ std::string ViewModel::take_increment(Clock::time_point now) {
   describe_pose();
   describe_silence(now);
   if (status_) set("server", view_json::status(*status_));
-  set("map", {{"id", map_id_},
-              {"lost_updates", assembler_.lost_updates()},
-              {"scale", name(scale_.status)},
-              {"scale_sigma", std::isfinite(scale_.sigma) ? Json(scale_.sigma) : Json(nullptr)}});
+  describe_map(now);
   set("malformed", malformed_);
 
   Json increment = Json::object();

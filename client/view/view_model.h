@@ -25,6 +25,7 @@
 #include "convert/feature_message.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
+#include "published/map_follower.h"
 
 namespace eifmap {
 
@@ -33,11 +34,13 @@ class ViewModel {
   using Clock = std::chrono::steady_clock;
   using Json = nlohmann::ordered_json;
 
-  explicit ViewModel(Clock::time_point start = Clock::now()) : last_heard_(start) {}
+  // `requester`: of map requests, random per start and not 0.
+  explicit ViewModel(Clock::time_point start = Clock::now(), std::int64_t requester = 1)
+      : follower_(requester), last_heard_(start) {}
 
   // `now`: when it came. What an older run of the server or an older map says is passed over.
   void take(const PublishedPose& pose, Clock::time_point now);
-  void take(const MapPart& part, Clock::time_point now);
+  void take(const map_part_t& part, Clock::time_point now);
   void take(const status_t& status, Clock::time_point now);
   void take(const NamedCamera& camera);
   void take(const FeatureFrame& features);
@@ -50,12 +53,20 @@ class ViewModel {
   // It said that it stops, or was not heard for kSilence.
   bool server_is_gone(Clock::time_point now) const;
 
+  // What is to be sent to the server, since parts of the map are missing. `utime`: us since the
+  // Unix epoch.
+  std::optional<map_request_t> ask(Clock::time_point now, std::int64_t utime) {
+    return follower_.ask(now, utime);
+  }
+
   // What changed since the last call, "" for nothing.
   std::string take_increment(Clock::time_point now);
   // As of the last increment.
   std::string snapshot() const;
 
   static constexpr auto kSilence = std::chrono::seconds(3);  // a server that lives is not silent
+  // Parts of a map are on their way for a moment, always; this long, and it is said.
+  static constexpr auto kBehind = std::chrono::seconds(1);
 
  private:
   bool take_epoch(std::int64_t server_epoch, Clock::time_point now);
@@ -67,6 +78,7 @@ class ViewModel {
   void describe_state(Clock::time_point now);
   void describe_pose();
   void describe_silence(Clock::time_point now);
+  void describe_map(Clock::time_point now);
   void add_map_changes(Json& increment);
   void add_path(Json& increment);
 
@@ -79,8 +91,8 @@ class ViewModel {
   std::optional<FrameResult> tracked_;  // the last with a pose in this map
   std::optional<status_t> status_;      // the last one
   bool status_is_newer_ = false;        // than the pose
-  // Few: a page that comes in the middle of a map is not to wait long for what was before it.
-  MapAssembler assembler_{3};
+  MapFollower follower_;
+  std::optional<Clock::time_point> behind_since_;
   bool map_moved_ = false, cleared_ = false;
   ShownMap map_;
   ShownPath path_;

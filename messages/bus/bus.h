@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "convert/bytes.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 

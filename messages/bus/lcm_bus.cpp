@@ -10,7 +10,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "convert/limits.h"
+#include "wire/limits.h"
 
 namespace eifmap {
 namespace {

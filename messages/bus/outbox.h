@@ -5,11 +5,20 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace eifmap {
+
+// One that may have to be sent again: whoever keeps it sees what became of it.
+struct OutgoingMessage {
+  std::string channel;
+  std::vector<std::uint8_t> bytes;
+  bool waits = false;                               // in an outbox
+  std::chrono::steady_clock::time_point sent_at{};  // last
+};
 
 class Outbox {
  public:
@@ -19,6 +28,7 @@ class Outbox {
   explicit Outbox(int bytes_per_s) : bytes_per_s_(bytes_per_s) {}
 
   void push(std::string channel, std::vector<std::uint8_t> bytes);
+  void push(std::shared_ptr<OutgoingMessage> message);  // once: not while it waits
 
   // Sends what may be sent by now, in the order it was pushed: the pace, plus a burst of at most
   // kBurstBytes after a silence. Returns when the next may go, or nothing when none is left.
@@ -31,17 +41,13 @@ class Outbox {
   static constexpr int kBurstBytes = 96 * 1024;
 
  private:
-  struct Waiting {
-    std::string channel;
-    std::vector<std::uint8_t> bytes;
-  };
   std::chrono::nanoseconds duration(std::size_t bytes) const {
     return std::chrono::nanoseconds(
         static_cast<std::int64_t>(1e9 * static_cast<double>(bytes) / bytes_per_s_));
   }
 
   int bytes_per_s_;
-  std::deque<Waiting> waiting_;
+  std::deque<std::shared_ptr<OutgoingMessage>> waiting_;
   TimePoint paid_until_{};  // when all that was sent will have been sent at the pace
 };
 

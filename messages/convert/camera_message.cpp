@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "convert/channel.h"
-#include "convert/layout.h"
-#include "convert/limits.h"
+#include "wire/channel.h"
+#include "wire/layout.h"
+#include "wire/limits.h"
 
 namespace eifmap {
 namespace {

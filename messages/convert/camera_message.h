@@ -3,8 +3,8 @@
 
 #include <eifmap/camera_t.hpp>
 
-#include "convert/bytes.h"
 #include "geometry/camera.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 

@@ -1,8 +1,8 @@
 #include "convert/decision_message.h"
 
-#include "convert/channel.h"
-#include "convert/layout.h"
 #include "convert/pose_fields.h"
+#include "wire/channel.h"
+#include "wire/layout.h"
 
 namespace eifmap {
 namespace {

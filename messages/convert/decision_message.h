@@ -3,9 +3,9 @@
 
 #include <eifmap/decision_t.hpp>
 
-#include "convert/bytes.h"
 #include "convert/pose_message.h"
 #include "decision.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstring>
 
-#include "convert/channel.h"
-#include "convert/layout.h"
-#include "convert/limits.h"
 #include "frame_check.h"
+#include "wire/channel.h"
+#include "wire/layout.h"
+#include "wire/limits.h"
 
 namespace eifmap {
 namespace {

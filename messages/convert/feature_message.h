@@ -3,8 +3,8 @@
 
 #include <eifmap/feature_frame_t.hpp>
 
-#include "convert/bytes.h"
 #include "frame.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 

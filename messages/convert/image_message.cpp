@@ -4,8 +4,8 @@
 #include <array>
 #include <charconv>
 
-#include "convert/layout.h"
-#include "convert/limits.h"
+#include "wire/layout.h"
+#include "wire/limits.h"
 
 namespace eifmap {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <bot_core/image_t.hpp>
 
-#include "convert/bytes.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 

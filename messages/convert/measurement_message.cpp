@@ -4,9 +4,9 @@
 #include <cmath>
 #include <iterator>
 
-#include "convert/channel.h"
-#include "convert/layout.h"
-#include "convert/limits.h"
+#include "wire/channel.h"
+#include "wire/layout.h"
+#include "wire/limits.h"
 
 namespace eifmap {
 namespace {

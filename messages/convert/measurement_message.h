@@ -5,7 +5,7 @@
 #include <string>
 
 #include "absolute_measurement.h"
-#include "convert/bytes.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 

@@ -1,8 +1,8 @@
 // position[3] and quaternion[4] (w x y z) of the wire <-> Rigid3; covariance[36] <-> a matrix.
 #pragma once
 
-#include "convert/limits.h"
 #include "geometry/rigid3.h"
+#include "wire/limits.h"
 
 namespace eifmap {
 

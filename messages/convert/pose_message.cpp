@@ -1,19 +1,12 @@
 #include "convert/pose_message.h"
 
-#include "convert/channel.h"
-#include "convert/layout.h"
 #include "convert/pose_fields.h"
 #include "convert/scale_fields.h"
+#include "wire/channel.h"
+#include "wire/layouts.h"
 
 namespace eifmap {
 namespace {
-
-void scan(LayoutScanner& in) {
-  in.skip(7 * 8);  // utime to map_seq
-  in.string("camera", kMaxText);
-  // state, source, covariance_status, reason; pose; covariance; reference; scale; matches, inliers
-  in.skip(3 + 2 + 7 * 8 + 36 * 8 + 8 + 7 * 8 + 1 + 2 * 8 + 2 * 4);
-}
 
 std::string problem(const pose_t& message) {
   if (!valid_camera_name(message.camera)) return "the camera's name is not 1 to 24 of A-Za-z0-9_-";
@@ -64,7 +57,7 @@ pose_t to_message(const PublishedPose& pose) {
 
 Decoded<PublishedPose> decode_pose(Bytes bytes) {
   using Result = Decoded<PublishedPose>;
-  const Decoded<pose_t> decoded = decode_checked<pose_t>(bytes, scan);
+  const Decoded<pose_t> decoded = decode_checked<pose_t>(bytes, scan_pose);
   if (!decoded.ok()) return Result::refuse(decoded.reason, decoded.detail);
   const pose_t& message = decoded.value;
   if (std::string found = problem(message); !found.empty())

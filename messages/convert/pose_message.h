@@ -3,8 +3,8 @@
 
 #include <eifmap/pose_t.hpp>
 
-#include "convert/bytes.h"
 #include "map_view.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 

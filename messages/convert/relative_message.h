@@ -4,9 +4,9 @@
 #include <eifmap/relative_request_t.hpp>
 #include <eifmap/relative_t.hpp>
 
-#include "convert/bytes.h"
 #include "convert/pose_message.h"
 #include "map_view.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 

@@ -3,7 +3,7 @@
 
 #include <eifmap/status_t.hpp>
 
-#include "convert/bytes.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 

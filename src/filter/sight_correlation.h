@@ -1,9 +1,10 @@
 // How far the errors of a feature's sights are from independent.
 //
-// A blob's place drifts as it is seen from elsewhere: of a track's errors, neighbours resemble each
-// other (measured on rendered and recorded images: lag-1 autocorrelation .6 to .75), so that n
-// sights say as much as a fraction of n. The filter counts them all, and its covariances would be
-// too small by the factor that a first-order autoregressive error has, (1 + rho) / (1 - rho).
+// A blob's place drifts as it is seen from elsewhere: of a track's errors, neighbours, in the order
+// of where they are seen from, resemble each other (measured on rendered and recorded images: lag-1
+// autocorrelation .6 to .75), so that n sights say as much as a fraction of n. The filter counts
+// them all, and its covariances would be too small by the factor that a first-order autoregressive
+// error has, (1 + rho) / (1 - rho).
 #pragma once
 
 #include <vector>

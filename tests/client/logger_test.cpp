@@ -5,11 +5,14 @@
 #include <lcm/lcm-cpp.hpp>
 
 #include "bus/lcm_bus.h"
-#include "convert/channel.h"
+#include "client/map_points.h"
+#include "convert/map_message.h"
+#include "published/map_part.h"
 #include "sequence/decisions_file.h"
 #include "sequence/measurements_file.h"
 #include "sequence/temporary_folder.h"
 #include "sequence/tum.h"
+#include "wire/channel.h"
 
 namespace eifmap {
 namespace {
@@ -114,6 +117,7 @@ TEST_F(LoggerTest, TheMapIsPutTogetherFromItsParts) {
   MapUpdate update;
   update.map_id = 1;
   update.seq = 1;
+  update.base_seq = -1;
   const Rigid3 anchor(so3_exp({0, 0.5, 0}), {1, 2, 3});
   update.keyframes.push_back({4, 1000, anchor});
   for (int i = 0; i < 300; ++i) {
@@ -124,13 +128,17 @@ TEST_F(LoggerTest, TheMapIsPutTogetherFromItsParts) {
     landmark.laplacian_sign = i % 2 == 0 ? 1 : -1;
     update.landmarks.push_back(landmark);
   }
-  auto parts = split_update(update, {5, "cam"}, 1000, 4096);
+  map_part_t whole = to_message(update, {5, "cam"}, 1000);
+  PublishedMap published;
+  published.apply(whole);
+  whole.digest = published.digest();
+  auto parts = split(whole, 4096);
   ASSERT_GT(parts.size(), 2u);
   std::reverse(parts.begin(), parts.end());
-  for (const MapPart& part : parts) send("cam", ChannelKind::kMap, encode(to_message(part)));
+  for (const map_part_t& part : parts) send("cam", ChannelKind::kMap, encode(part));
   EXPECT_EQ(logger_->finish(), "");
   EXPECT_EQ(logger_->counts().map_parts, static_cast<std::int64_t>(parts.size()));
-  const auto points = logger_->map().map().points();
+  const auto points = points_of(logger_->map().map());
   ASSERT_EQ(points.size(), 300u);
   EXPECT_LT((points[8].position - anchor * Eigen::Vector3d(2, 1, 2)).norm(), 1e-5);
   EXPECT_NE(text("map.ply").find("element vertex 300\n"), std::string::npos);

@@ -15,10 +15,9 @@ double nees_of_point(const Eigen::Vector3d& error, const Eigen::Matrix3d& covari
 }  // namespace
 
 void LandmarkPoints::add(const FrameSource& source, const MapUpdate& update) {
-  std::map<std::int64_t, std::int64_t> times;
-  for (const KeyframeView& keyframe : update.keyframes) times[keyframe.id] = keyframe.time_us;
+  for (const KeyframeView& keyframe : update.keyframes) times_[keyframe.id] = keyframe.time_us;
   for (const ObservationView& o : update.observations)
-    if (const auto point = source.point_at(times.at(o.keyframe), o.u, o.v))
+    if (const auto point = source.point_at(times_.at(o.keyframe), o.u, o.v))
       ++counts_[o.landmark][*point];
 }
 

@@ -21,6 +21,7 @@ class LandmarkPoints {
   std::optional<Eigen::Vector3d> operator()(const FrameSource& source, std::int64_t landmark) const;
 
  private:
+  std::map<std::int64_t, std::int64_t> times_;         // us, by keyframe
   std::map<std::int64_t, std::map<int, int>> counts_;  // by landmark and point
 };
 

@@ -66,8 +66,8 @@ class Link:
 
     def take(self, datagram):
         channel = channel_of(datagram)
-        if not channel.startswith("eifmap."):
-            return None  # LCM's own
+        if not channel.startswith("eifmap.") or not self.is_mine(channel):
+            return None  # LCM's own, or the way back
         if channel.endswith(".calibration"):
             return self.send(datagram)
         about = describe(datagram)
@@ -83,6 +83,10 @@ class Link:
             self.held.append((self.options.behind, due, datagram, about))
         else:
             self.deliver(datagram, about)
+
+    def is_mine(self, channel):
+        kind = channel.rsplit(".", 1)[-1]
+        return not self.options.kinds or kind in self.options.kinds
 
     def deliver(self, datagram, about):
         self.send(datagram)
@@ -101,6 +105,7 @@ class Link:
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--to", required=True, type=int, help="a process of the other network")
+    parser.add_argument("--kinds", nargs="*", default=[], help="of channels; default: all")
     parser.add_argument("--lose", type=float, default=0.02)
     parser.add_argument("--double", type=float, default=0.02)
     parser.add_argument("--delay", type=float, default=0.05)

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <map>
+#include <set>
 
 #include "mapper.h"
 #include "support/feature_world.h"
@@ -16,6 +17,7 @@ TEST(MapNews, UpdatesAddUpToTheMap) {
   Mapper mapper(synthetic_camera(), {});
   std::map<std::int64_t, KeyframeView> keyframes;
   std::map<std::int64_t, LandmarkView> landmarks;
+  std::map<std::int64_t, std::set<std::int64_t>> seen_from;  // keyframes, by landmark
   std::int64_t seq = -1;
   int updates = 0;
   for (int i = 0; i < 60; ++i) {
@@ -39,10 +41,23 @@ TEST(MapNews, UpdatesAddUpToTheMap) {
       landmarks[l.id] = l;
       EXPECT_GT(l.covariance.llt().matrixL().determinant(), 0) << l.id;
     }
-    for (const std::int64_t id : update.removed_landmarks) EXPECT_EQ(landmarks.erase(id), 1u);
+    for (const std::int64_t id : update.removed_landmarks) {
+      EXPECT_EQ(landmarks.erase(id), 1u);
+      seen_from.erase(id);
+    }
     for (const ObservationView& o : update.observations) {
       EXPECT_TRUE(keyframes.contains(o.keyframe));
       EXPECT_TRUE(landmarks.contains(o.landmark));
+      EXPECT_TRUE(seen_from[o.landmark].insert(o.keyframe).second) << "said once";
+    }
+    for (const ObservationView& o : update.removed_observations)
+      EXPECT_EQ(seen_from[o.landmark].erase(o.keyframe), 1u);
+    for (const LandmarkView& now : mapper.landmarks()) {
+      EXPECT_EQ(static_cast<int>(seen_from[now.id].size()), now.num_observations);
+      const LandmarkView& sent = landmarks.at(now.id);
+      EXPECT_EQ(sent.anchor, now.anchor);
+      const Eigen::Vector3d step = sent.position_in_anchor - now.position_in_anchor;
+      EXPECT_LE(step.norm(), 0.011 * now.position_in_anchor.norm()) << "else sent again";
     }
     ASSERT_EQ(static_cast<std::int64_t>(keyframes.size()), mapper.statistics().keyframes);
     ASSERT_EQ(static_cast<std::int64_t>(landmarks.size()), mapper.statistics().landmarks);

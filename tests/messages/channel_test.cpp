@@ -1,4 +1,4 @@
-#include "convert/channel.h"
+#include "wire/channel.h"
 
 #include <gtest/gtest.h>
 

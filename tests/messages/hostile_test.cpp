@@ -8,8 +8,8 @@
 #include <new>
 #include <random>
 
-#include "convert/limits.h"
 #include "messages/samples.h"
+#include "wire/limits.h"
 
 namespace {
 
@@ -68,7 +68,8 @@ struct Sample {
 };
 
 std::vector<Sample> all_samples() {
-  const MapPart part = split_update(samples::map_update(2, 5, -1), {42, "cam0"}, 7, 32768).at(0);
+  const map_part_t part = to_message(samples::map_update(2, 5, -1), {42, "cam0"}, 7);
+  const map_request_t request = samples::map_request();
   return {
       {"camera", encode(to_message(samples::camera())), decoder(&decode_camera)},
       {"features", encode(to_message(samples::features(4))), decoder(&decode_features)},
@@ -80,7 +81,10 @@ std::vector<Sample> all_samples() {
       {"relative request", encode(to_message(samples::relative_request())),
        decoder(&decode_relative_request)},
       {"relative", encode(to_message(samples::relative_answer())), decoder(&decode_relative)},
-      {"map part", encode(to_message(part)), decoder(&decode_map_part)},
+      {"map part", encode(part), decoder(&decode_map_part)},
+      {"map request", encode(request), decoder(&decode_map_request)},
+      {"said by pose", encode(to_message(samples::published_pose())), decoder(&said_by_pose)},
+      {"said by status", encode(samples::status()), decoder(&said_by_status)},
       {"status", encode(samples::status()), decoder(&decode_status)}};
 }
 

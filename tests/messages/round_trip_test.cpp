@@ -191,22 +191,23 @@ TEST(RoundTrip, Status) {
 
 TEST(RoundTrip, MapPart) {
   const MapUpdate update = samples::map_update(3, 40, 6);
-  const std::vector<MapPart> parts = split_update(update, {42, "cam0"}, 77, 32768);
-  ASSERT_EQ(parts.size(), 1u);
-  const Decoded<MapPart> decoded = decode_map_part(encode(to_message(parts[0])));
+  const Decoded<map_part_t> decoded = decode_map_part(encode(to_message(update, {42, "cam0"}, 77)));
   ASSERT_TRUE(decoded.ok()) << decoded.detail;
-  const MapUpdate& back = decoded.value.update;
-  EXPECT_EQ(decoded.value.time_us, 77);
+  const map_part_t& back = decoded.value;
+  EXPECT_EQ(back.utime, 77);
+  EXPECT_EQ(back.server_epoch, 42);
   EXPECT_EQ(back.seq, update.seq);
   EXPECT_EQ(back.base_seq, update.base_seq);
   ASSERT_EQ(back.keyframes.size(), update.keyframes.size());
-  expect_same_pose(back.keyframes[2].map_from_camera, update.keyframes[2].map_from_camera);
-  EXPECT_TRUE(back.keyframes[2].covariance.array().isNaN().all());  // unknown stays unknown
-  EXPECT_EQ(back.keyframes[1].covariance, update.keyframes[1].covariance);
+  expect_same_pose(read_pose(back.keyframes[2].position, back.keyframes[2].quaternion),
+                   update.keyframes[2].map_from_camera);
+  EXPECT_TRUE(std::isnan(back.keyframes[2].covariance[20]));  // unknown stays unknown
+  EXPECT_EQ(back.keyframes[1].covariance[1], update.keyframes[1].covariance(0, 1));
+  EXPECT_EQ(back.keyframes[1].covariance[20], update.keyframes[1].covariance(5, 5));
   ASSERT_EQ(back.landmarks.size(), update.landmarks.size());
-  EXPECT_TRUE(back.landmarks[39].covariance.array().isNaN().all());
-  EXPECT_EQ(back.landmarks[1].covariance, update.landmarks[1].covariance);
-  EXPECT_EQ(back.landmarks[39].position_in_anchor, update.landmarks[39].position_in_anchor);
+  EXPECT_TRUE(std::isnan(back.landmarks[39].covariance[0]));
+  EXPECT_EQ(back.landmarks[1].covariance[4], update.landmarks[1].covariance(1, 2));
+  EXPECT_EQ(back.landmarks[39].position[1], update.landmarks[39].position_in_anchor[1]);
   EXPECT_EQ(back.observations.size(), update.observations.size());
 }
 

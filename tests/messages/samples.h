@@ -12,6 +12,9 @@
 #include "convert/pose_message.h"
 #include "convert/relative_message.h"
 #include "convert/status_message.h"
+#include "published/map_part.h"
+#include "published/map_request.h"
+#include "published/said_of_map.h"
 
 namespace eifmap::samples {
 
@@ -161,7 +164,7 @@ inline MapUpdate map_update(int keyframes, int landmarks, std::int64_t base_seq,
   MapUpdate update;
   update.map_id = 1;
   update.base_seq = base_seq;
-  update.seq = base_seq + 1;
+  update.seq = base_seq == -1 ? 1 : base_seq + 1;
   for (int i = 0; i < keyframes; ++i)
     update.keyframes.push_back({first_id + i, 1000 * (first_id + i), pose(0.01 * i)});
   for (int i = 0; i < landmarks; ++i) {
@@ -178,6 +181,23 @@ inline MapUpdate map_update(int keyframes, int landmarks, std::int64_t base_seq,
   if (keyframes > 1) symmetric(update.keyframes[1].covariance);
   if (landmarks > 1) symmetric(update.landmarks[1].covariance);
   return update;
+}
+
+inline map_request_t map_request() {
+  map_request_t request{};
+  request.utime = 1'700'000'000'000'006;
+  request.requester = -5;
+  request.camera = "cam0";
+  request.server_epoch = 42;
+  request.have_seq = 7;
+  request.missing.resize(3);
+  for (missing_part_t& missing : request.missing) {
+    missing.seq = 8;
+    missing.part = kAllParts;
+    missing.whole = 0;
+  }
+  request.num_missing = 3;
+  return request;
 }
 
 inline status_t status() {

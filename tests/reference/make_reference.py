@@ -25,7 +25,8 @@ CHANNELS = """
 | `eifmap.CAMERA.features` | feature_frame_t | the camera, instead of images |
 | `eifmap.CAMERA.measurement` | measurement_t | who measures in metres: GPS, odometry |
 | `eifmap.CAMERA.pose` | pose_t | the server, one an image |
-| `eifmap.CAMERA.map` | map_part_t | the server, one or more a keyframe |
+| `eifmap.CAMERA.map` | map_part_t | the server, one or more a keyframe, and again what is asked for |
+| `eifmap.CAMERA.map_request` | map_request_t | who misses parts of the map, or comes late |
 | `eifmap.CAMERA.decision` | decision_t | the server, one a pose: what a replay needs |
 | `eifmap.CAMERA.status` | status_t | the server, every second and on every change |
 | `eifmap.CAMERA.relative_request` | relative_request_t | who wants two keyframes to each other, with their covariance |
@@ -34,6 +35,22 @@ CHANNELS = """
 CAMERA is 1 to 24 characters of `A-Z a-z 0-9 _ -`. Numbers of all types are as LCM encodes them. The
 schemas are the contract: a change of one changes its fingerprint, and old and new programs do not
 understand each other.
+
+## The published map
+
+A map is sent in updates, each in parts that fit a datagram. Updates are numbered through (`seq`), each
+says from which number it leads to which, or that it is the whole map, and the digest of the map that
+it leads to. So a client knows what it misses, asks for just that, and knows that its copy is right: a
+late or lossy one ends with the map that all others hold. How far the map has come is also in every pose
+and status (`map_seq`), and its digest in the status: where the last update was lost, they tell.
+[eifmap_client](../client/library/eifmap/map_client.h) does all of this in C++.
+
+**Digest**: the sum modulo 2^64 of the hashes of the map's keyframe_t, landmark_t and observation_t
+entries, so that order does not matter. The hash of an entry is FNV-1a (64 bits) of a byte for its kind
+(`K`, `L` or `O`) and then its fields as LCM encodes them, without a fingerprint, and then MurmurHash3's
+finalizer: `h ^= h >> 33; h *= 0xff51afd7ed558ccd; h ^= h >> 33; h *= 0xc4ceb9fe1a85ec53; h ^= h >> 33`.
+An update is taken over in this order: keyframes, removed landmarks (with their observations),
+landmarks, observations; those of landmarks that are not in the map are passed over.
 """
 
 

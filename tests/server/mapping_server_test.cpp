@@ -11,11 +11,12 @@
 #include "bus/link.h"
 #include "convert/camera_message.h"
 #include "convert/feature_message.h"
-#include "convert/map_assembler.h"
+#include "convert/map_message.h"
 #include "convert/measurement_message.h"
 #include "convert/relative_message.h"
 #include "convert/status_message.h"
 #include "decision.h"
+#include "published/map_follower.h"
 #include "support/feature_world.h"
 
 namespace eifmap {
@@ -37,9 +38,10 @@ class Network {
     });
     listen(ChannelKind::kMap, [this](Bytes bytes) {
       EXPECT_LE(bytes.size(), static_cast<std::size_t>(kThisHost.message_bytes));
-      const Decoded<MapPart> part = decode_map_part(bytes);
+      const Decoded<map_part_t> part = decode_map_part(bytes);
       EXPECT_TRUE(part.ok()) << part.detail;
-      map.add(part.value);
+      map.take(part.value, {});
+      if (also_take) also_take(part.value);
     });
     listen(ChannelKind::kRelative, [this](Bytes bytes) {
       const Decoded<RelativeAnswer> answer = decode_relative(bytes);
@@ -55,8 +57,8 @@ class Network {
     });
     server.emplace(config, bus_);
     // Subscribed after the server, so handed out after it: what is counted, the server has.
-    listener_.subscribe("eifmap\\..*\\.(calibration|image|features|measurement|relative_request)",
-                        0, [this](const std::string&, Bytes) { ++handed_out_; });
+    listener_.subscribe("eifmap\\..*\\.(calibration|image|features|measurement|.*request)", 0,
+                        [this](const std::string&, Bytes) { ++handed_out_; });
     dispatcher_ = std::thread([this] {
       while (!done_) bus_.receive(10ms);
     });
@@ -98,7 +100,8 @@ class Network {
 
   std::optional<MappingServer> server;
   std::vector<FrameResult> poses;
-  MapAssembler map;
+  MapFollower map{1};
+  std::function<void(const map_part_t&)> also_take;
   std::vector<RelativeAnswer> answers;
   std::vector<status_t> statuses;
   std::atomic<int> status_count = 0, pose_count = 0;
@@ -152,12 +155,12 @@ TEST(MappingServer, PublishesWhatTheMapperSaysToTheBit) {
     EXPECT_EQ(pose.covariance, expected.covariance);
   }
   EXPECT_EQ(network.poses.back().state, TrackingState::kTracking);
-  EXPECT_EQ(static_cast<std::int64_t>(network.map.map().keyframes.size()),
+  EXPECT_EQ(static_cast<std::int64_t>(network.map.map().keyframes().size()),
             mapper.statistics().keyframes);
-  EXPECT_EQ(static_cast<std::int64_t>(network.map.map().landmarks.size()),
+  EXPECT_EQ(static_cast<std::int64_t>(network.map.map().landmarks().size()),
             mapper.statistics().landmarks);
-  EXPECT_EQ(network.map.lost_updates(), 0);
-  EXPECT_EQ(network.poses.back().map_seq, network.map.map().seq);
+  EXPECT_FALSE(network.map.is_stale());
+  EXPECT_EQ(network.poses.back().map_seq, network.map.map().seq());
 
   const status_t& last = network.statuses.back();
   EXPECT_EQ(last.state, status_t::STATE_STOPPING);
@@ -218,14 +221,55 @@ TEST(MappingServer, BecomesMetricWithTheMeasurementsThatCome) {
       << "all but the one that could not be read";
   EXPECT_EQ(status.bad_messages, 1);
   // What was put together from the parts is the metric map, and only that.
-  EXPECT_EQ(network.map.map().map_epoch, 1);
-  EXPECT_EQ(network.map.lost_updates(), 0);
-  const auto& keyframes = network.map.map().keyframes;
-  const Rigid3& a = keyframes.begin()->second.map_from_camera;
-  const auto& newest = keyframes.rbegin()->second;
-  const double moved_s =
-      1e-6 * static_cast<double>(newest.time_us - keyframes.begin()->second.time_us);
-  EXPECT_NEAR((newest.map_from_camera.translation - a.translation).norm(), moved_s, 0.05);
+  EXPECT_EQ(network.map.map().map_epoch(), 1);
+  EXPECT_FALSE(network.map.is_stale());
+  const auto& keyframes = network.map.map().keyframes();
+  const keyframe_t &first = keyframes.begin()->second, &newest = keyframes.rbegin()->second;
+  const double moved_s = 1e-6 * static_cast<double>(newest.utime - first.utime);
+  const Eigen::Vector3d moved = Eigen::Vector3d(newest.position) - Eigen::Vector3d(first.position);
+  EXPECT_NEAR(moved.norm(), moved_s, 0.05);
+}
+
+// One that heard nothing of how the map came to be, and loses part of the answer.
+TEST(MappingServer, ALateClientGetsTheMapByAsking) {
+  const SyntheticStream stream;
+  Network network(lossless());
+  network.publish(synthetic_camera());
+  for (int i = 0; i < 40; ++i) network.publish(stream.frame(i));
+  network.settle();
+  const std::int64_t seq = network.map.map().seq();
+  std::mutex mutex;  // parts come in the dispatcher's thread
+  MapFollower late(7);
+  late.hear("cam0", network.map.map().server_epoch(), seq, {});
+  network.also_take = [&, n = 0](const map_part_t& part) mutable {
+    const std::lock_guard lock(mutex);
+    if (n++ % 3 != 1) late.take(part, MapFollower::TimePoint{1h});
+  };
+  const auto ask = [&](int i) {
+    const std::lock_guard lock(mutex);
+    return late.ask(MapFollower::TimePoint{i * 2h}, 1);
+  };
+  for (int i = 1; i < 50; ++i) {
+    const auto request = ask(i);
+    if (!request) break;
+    network.publish({"cam0", ChannelKind::kMapRequest}, encode(*request));
+    network.settle();
+    std::this_thread::sleep_for(2 * MapPublisher::kRepeat);
+  }
+  map_request_t broken{};
+  broken.camera = "another";
+  broken.requester = 1;
+  network.publish({"cam0", ChannelKind::kMapRequest}, encode(broken));
+  network.settle();
+  network.finish();
+  EXPECT_FALSE(late.is_stale());
+  EXPECT_EQ(encode(late.map().whole()), encode(network.map.map().whole()));
+  EXPECT_GE(late.counts().requests, 2);
+  const status_t& last = network.statuses.back();
+  EXPECT_EQ(last.map_seq, seq);
+  EXPECT_EQ(last.map_digest, late.map().digest());
+  EXPECT_EQ(figure(last, "map_requests"), std::to_string(late.counts().requests));
+  EXPECT_EQ(last.bad_messages, 1);
 }
 
 TEST(MappingServer, PartsOfTheMapBeforeAreDropped) {
@@ -339,7 +383,7 @@ TEST(MappingServer, FramesAreCountedUntilAKeyframeIsAdopted) {
     }
     network.settle();
     network.finish();
-    EXPECT_EQ(network.map.lost_updates(), 0);
+    EXPECT_FALSE(network.map.is_stale());
     poses[idle] = network.poses;
   }
   ASSERT_EQ(poses[0].size(), static_cast<std::size_t>(kFrames));
@@ -364,9 +408,9 @@ TEST(MappingServer, ADoneKeyframeWaitsForNoFrame) {
   network.finish();
   for (const FrameResult& pose : network.poses) published = std::max(published, pose.map_seq);
   EXPECT_GT(published, 3);
-  EXPECT_EQ(network.map.lost_updates(), 0);
+  EXPECT_FALSE(network.map.is_stale());
   EXPECT_EQ(network.statuses.back().num_keyframes,
-            static_cast<int>(network.map.map().keyframes.size()));
+            static_cast<int>(network.map.map().keyframes().size()));
 }
 
 TEST(MappingServer, StatusSaysWhatIsWrong) {
@@ -481,7 +525,7 @@ TEST(MappingServer, AnswersWhereAKeyframeIsSeenFromAnother) {
   const RelativeAnswer& answer = network.answers[1];
   EXPECT_EQ(answer.view.a_from_b.translation, expected->a_from_b.translation);
   EXPECT_EQ(answer.view.covariance, expected->covariance);
-  EXPECT_EQ(answer.map_seq, network.map.map().seq);
+  EXPECT_EQ(answer.map_seq, network.map.map().seq());
   EXPECT_GE(network.statuses.back().bad_messages, 1);
 }
 

@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "convert/limits.h"
+#include "wire/limits.h"
 
 namespace eifmap {
 namespace {

@@ -38,22 +38,25 @@ class RandomServer {
   static constexpr TrackingState kTracking = TrackingState::kTracking;
 
   void begin(std::int64_t epoch, std::int64_t map_id) {
-    epoch_ = epoch;
     map_id_ = map_id;
-    seq_ = -1;
+    if (epoch_ != epoch) seq_ = 0;
+    is_whole_ = true;
+    epoch_ = epoch;
     keyframes_ = 0;
   }
   void send_map(ViewModel& model, ViewModel::Clock::time_point now) {
-    MapUpdate update = part(epoch_, map_id_, seq_++).update;
+    MapUpdate update;
+    update.map_id = map_id_;
+    update.base_seq = std::exchange(is_whole_, false) ? -1 : seq_;
+    update.seq = ++seq_;
     update.keyframes.push_back({keyframes_, 1000 * keyframes_, somewhere()});
     update.keyframes.push_back({below(keyframes_ + 1), 1000, somewhere()});
     for (int i = 0; i < 30; ++i)
-      update.landmarks.push_back(landmark(below(10 * (keyframes_ + 1)), below(keyframes_ + 1),
-                                          static_cast<double>(below(5) + 1)));
+      add_landmark(below(10 * (keyframes_ + 1)), below(keyframes_ + 1),
+                   static_cast<double>(below(5) + 1), update);
     for (int i = 0; i < 5; ++i) update.removed_landmarks.push_back(below(10 * (keyframes_ + 1)));
     ++keyframes_;
-    for (const MapPart& one : split_update(update, {epoch_, "cam"}, 1000, 1024))
-      model.take(one, now);
+    for (const map_part_t& one : publishing_.publish(update, epoch_, 1024)) model.take(one, now);
   }
   std::int64_t below(std::int64_t n) { return static_cast<std::int64_t>(random_()) % n; }
   Rigid3 somewhere() {
@@ -62,7 +65,9 @@ class RandomServer {
   }
 
   std::mt19937 random_;
-  std::int64_t epoch_ = 1, map_id_ = 1, seq_ = -1, keyframes_ = 0;
+  std::int64_t epoch_ = 1, map_id_ = 1, seq_ = 0, keyframes_ = 0;
+  bool is_whole_ = true;
+  Publishing publishing_;
   int time_ = 0;
 };
 

@@ -7,6 +7,7 @@
 
 #include "client/view/page_copy.h"
 #include "client/view/raw_page.h"
+#include "client/view/view_messages.h"
 
 namespace eifmap {
 namespace {
@@ -43,20 +44,20 @@ class PageServerTest : public testing::Test {
   }
   // About 2 MB of text.
   void take_large_map(std::int64_t seq) {
-    MapPart part;
-    part.origin = {5, "cam"};
-    part.update.map_id = 1;
-    part.update.base_seq = seq - 1;
-    part.update.seq = seq;
-    part.update.keyframes.push_back({0, 1000, {}});
+    MapUpdate update;
+    update.map_id = 1;
+    update.base_seq = seq == 1 ? -1 : seq - 1;
+    update.seq = seq;
+    update.keyframes.push_back({0, 1000, {}});
     for (int i = 0; i < 50000; ++i) {
       LandmarkView landmark;
       landmark.id = i;
       landmark.position_in_anchor = {0.12345 * i, 1.0 / (i + 1), static_cast<double>(seq)};
       landmark.laplacian_sign = 1;
-      part.update.landmarks.push_back(landmark);
+      update.landmarks.push_back(landmark);
     }
-    view_.model.take(part, ViewModel::Clock::now());
+    for (const map_part_t& part : publishing_.publish(update, 5))
+      view_.model.take(part, ViewModel::Clock::now());
   }
   // Until the path of the page has this many poses.
   static bool follow(RawPage& page, PageCopy& copy, std::size_t poses) {
@@ -68,6 +69,7 @@ class PageServerTest : public testing::Test {
     return true;
   }
 
+  test::Publishing publishing_;
   View view_;
   PageServer::Opened opened_;
 };
@@ -142,7 +144,7 @@ TEST_F(PageServerTest, ASlowPageHoldsNobodyUp) {
   ASSERT_TRUE(quick.upgrade());
   PageCopy slow_copy, quick_copy;
   for (int i = 0; i < 20; ++i) {
-    take_large_map(i);
+    take_large_map(i + 1);
     take_pose(i);
     ASSERT_TRUE(follow(quick, quick_copy, static_cast<std::size_t>(i) + 1)) << "pose " << i;
   }
@@ -163,7 +165,7 @@ TEST_F(PageServerTest, ASlowPageHoldsNobodyUp) {
 
 TEST_F(PageServerTest, PagesComeAndGo) {
   for (int i = 0; i < 10; ++i) {
-    take_large_map(i);
+    take_large_map(i + 1);
     RawPage page(server());
     ASSERT_TRUE(page.upgrade());
     server().service();  // it leaves in the middle of the snapshot

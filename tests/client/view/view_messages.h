@@ -4,6 +4,8 @@
 #include "convert/map_message.h"
 #include "convert/pose_message.h"
 #include "convert/status_message.h"
+#include "published/map_part.h"
+#include "published/published_map.h"
 
 namespace eifmap::test {
 
@@ -22,24 +24,41 @@ inline PublishedPose pose(std::int64_t epoch, std::int64_t map_id, int i,
   return pose;
 }
 
-inline MapPart part(std::int64_t epoch, std::int64_t map_id, std::int64_t base_seq) {
-  MapPart part;
-  part.origin = {epoch, "cam"};
-  part.update.map_id = map_id;
-  part.update.base_seq = base_seq;
-  part.update.seq = base_seq + 1;
-  return part;
+// Base 0: the whole map.
+inline MapUpdate update(std::int64_t map_id, std::int64_t base_seq) {
+  MapUpdate update;
+  update.map_id = map_id;
+  update.base_seq = base_seq == 0 ? -1 : base_seq;
+  update.seq = base_seq + 1;
+  return update;
 }
 
-inline LandmarkView landmark(std::int64_t id, std::int64_t anchor, double depth) {
+// Seen from three keyframes, which need not be there.
+inline void add_landmark(std::int64_t id, std::int64_t anchor, double depth, MapUpdate& update) {
   LandmarkView landmark;
   landmark.id = id;
   landmark.anchor = anchor;
   landmark.position_in_anchor = {0.1, -0.2, depth};
   landmark.laplacian_sign = id % 2 == 0 ? 1 : -1;
-  landmark.num_observations = 3;
-  return landmark;
+  update.landmarks.push_back(landmark);
+  for (int keyframe = 0; keyframe < 3; ++keyframe)
+    update.observations.push_back({keyframe, id, 1, 2});
 }
+
+// Updates with their digests, as a server says them.
+class Publishing {
+ public:
+  std::vector<map_part_t> publish(const MapUpdate& update, std::int64_t epoch,
+                                  std::size_t max_part_bytes = 1u << 30) {
+    map_part_t message = to_message(update, {epoch, "cam"}, 1000);
+    map_.apply(message);
+    message.digest = map_.digest();
+    return split(message, max_part_bytes);
+  }
+
+ private:
+  PublishedMap map_;
+};
 
 inline status_t status(std::int64_t epoch, std::int8_t state, Reason reason = Reason::kNone) {
   status_t status{};

@@ -15,6 +15,9 @@ const ViewModel::Clock::time_point kStart{};
 
 class ViewModelTest : public testing::Test {
  protected:
+  void take_map(const MapUpdate& update) {
+    for (const map_part_t& part : publishing_.publish(update, 5)) model_.take(part, now_);
+  }
   // What a page that was there from the start keeps.
   const PageCopy& page() {
     if (const std::string text = model_.take_increment(now_); !text.empty()) early_.apply(text);
@@ -33,6 +36,7 @@ class ViewModelTest : public testing::Test {
   ViewModel::Clock::time_point now_ = kStart;
   ViewModel model_{kStart};
   PageCopy early_;
+  Publishing publishing_;
 };
 
 TEST_F(ViewModelTest, NothingNewIsNothing) {
@@ -48,11 +52,11 @@ TEST_F(ViewModelTest, SaysPoseMapAndStateAsTheyCame) {
   message.result.covariance_status = CovarianceStatus::kValid;
   message.result.covariance.diagonal() << 0.04, 0.01, 0.09, 1, 1, 1;
   take(message);
-  auto map = part(5, 1, -1);
-  map.update.keyframes.push_back({7, 1000, {so3_exp({0, 0.5, 0}), {1, 2, 3}}});
-  map.update.landmarks.push_back(landmark(21, 7, 4));
-  map.update.landmarks[0].covariance = Eigen::Matrix3d::Identity() / 300;
-  take(map);
+  auto map = update(1, 0);
+  map.keyframes.push_back({7, 1000, {so3_exp({0, 0.5, 0}), {1, 2, 3}}});
+  add_landmark(21, 7, 4, map);
+  map.landmarks[0].covariance = Eigen::Matrix3d::Identity() / 300;
+  take_map(map);
   const PageCopy& copy = page();
   const auto& said = copy.sections.at("pose");
   EXPECT_EQ(said.at("position").dump(), "[1.0,0.1,-1.5]");
@@ -112,25 +116,26 @@ TEST_F(ViewModelTest, TheEllipsoidLiesAsTheCovarianceDoes) {
 
 TEST_F(ViewModelTest, UnknownCovariancesAreSaidToBeUnknown) {
   take(pose(5, 1, 3));
-  auto map = part(5, 1, -1);
-  map.update.landmarks.push_back(landmark(21, 7, 4));
-  take(map);
+  auto map = update(1, 0);
+  add_landmark(21, 7, 4, map);
+  take_map(map);
   EXPECT_TRUE(page().sections.at("pose").at("ellipsoid").is_null());
   EXPECT_EQ(page().landmarks.at("21").back(), -1.0);
 }
 
 TEST_F(ViewModelTest, OnlyWhatChangedInTheMapIsSaid) {
-  auto map = part(5, 1, -1);
-  for (int i = 0; i < 3; ++i) map.update.keyframes.push_back({i, 1000, {}});
-  for (int i = 0; i < 6; ++i) map.update.landmarks.push_back(landmark(i, 0, 4));
-  take(map);
+  auto map = update(1, 0);
+  for (int i = 0; i < 3; ++i) map.keyframes.push_back({i, 1000, {}});
+  for (int i = 0; i < 6; ++i) add_landmark(i, 0, 4, map);
+  take_map(map);
   EXPECT_EQ(page().landmarks.size(), 6u);
   // The first, one in the middle and the last go; one moves; one is new.
-  map = part(5, 1, 0);
-  map.update.removed_landmarks = {0, 3, 5};
-  map.update.landmarks = {landmark(4, 0, 8), landmark(9, 0, 4)};
-  map.update.keyframes.push_back({1, 1000, {so3_exp({0, 0.5, 0}), {1, 2, 3}}});
-  take(map);
+  map = update(1, 1);
+  map.removed_landmarks = {0, 3, 5};
+  add_landmark(4, 0, 8, map);
+  add_landmark(9, 0, 4, map);
+  map.keyframes.push_back({1, 1000, {so3_exp({0, 0.5, 0}), {1, 2, 3}}});
+  take_map(map);
   const std::string text = model_.take_increment(now_);
   early_.apply(text);
   const auto increment = nlohmann::json::parse(text);
@@ -138,14 +143,36 @@ TEST_F(ViewModelTest, OnlyWhatChangedInTheMapIsSaid) {
   EXPECT_EQ(increment.at("landmarks").size(), 2 * 7u);
   EXPECT_EQ(increment.at("keyframes").size(), 8u);
   // A whole map again, without one of the keyframes.
-  map = part(5, 1, -1);
-  map.update.seq = 7;
-  map.update.keyframes = {{0, 1000, {}}, {1, 1000, {}}};
-  map.update.landmarks = {landmark(4, 0, 8)};
-  take(map);
+  map = update(1, 0);
+  map.seq = 7;
+  map.keyframes = {{0, 1000, {}}, {1, 1000, {}}};
+  add_landmark(4, 0, 8, map);
+  take_map(map);
   EXPECT_EQ(page().keyframes.size(), 2u);
   EXPECT_EQ(page().landmarks.size(), 1u);
   EXPECT_EQ(late_page(), page());
+}
+
+TEST_F(ViewModelTest, AMapThatIsBehindIsSaidAndAskedFor) {
+  MapUpdate first = update(1, 0), second = update(1, 1);
+  first.keyframes.push_back({0, 1000, {}});
+  second.keyframes.push_back({1, 1000, {}});
+  take_map(first);
+  auto heard = pose(5, 1, 0);
+  heard.result.map_seq = 2;
+  take(heard);
+  EXPECT_FALSE(page().sections.at("map").at("behind")) << "its parts are on their way";
+  now_ += 900ms;
+  const auto request = model_.ask(now_, 7);
+  ASSERT_TRUE(request);
+  ASSERT_EQ(request->missing.size(), 1u);
+  EXPECT_EQ(request->missing[0].seq, 2);
+  now_ += 200ms;
+  EXPECT_TRUE(page().sections.at("map").at("behind"));
+  take_map(second);
+  EXPECT_FALSE(page().sections.at("map").at("behind"));
+  EXPECT_EQ(page().keyframes.size(), 2u);
+  EXPECT_FALSE(model_.ask(now_ + 1h, 7));
 }
 
 TEST_F(ViewModelTest, RefusalsComeWithWordsNumbersAndAHint) {
@@ -180,16 +207,16 @@ TEST_F(ViewModelTest, APathIsNotJoinedOverALoss) {
 
 TEST_F(ViewModelTest, ANewMapStartsFromNothing) {
   take(pose(5, 1, 0));
-  auto map = part(5, 1, -1);
-  map.update.keyframes.push_back({0, 1000, {}});
-  map.update.landmarks.push_back(landmark(1, 0, 4));
-  take(map);
+  auto map = update(1, 0);
+  map.keyframes.push_back({0, 1000, {}});
+  add_landmark(1, 0, 4, map);
+  take_map(map);
   EXPECT_EQ(page().landmarks.size(), 1u);
   take(pose(5, 2, 1));
   EXPECT_EQ(page().path.size(), 1u);
   EXPECT_TRUE(page().landmarks.empty());
   EXPECT_EQ(page().sections.at("events").back().at("text"), "a new map was begun: map 2");
-  take(map);
+  take_map(map);
   take(pose(5, 1, 2));
   EXPECT_EQ(page().path.size(), 1u) << "what is late of the old map is passed over";
   EXPECT_TRUE(page().keyframes.empty());
@@ -211,14 +238,15 @@ TEST_F(ViewModelTest, AMapThatIsInUseAgainIsShown) {
   EXPECT_EQ(page().path.dump(), "[[2.0,0.1,-3.0,0]]");
   EXPECT_NE(page().sections.at("events").dump().find("the camera is in map 1 again"),
             std::string::npos);
-  auto late = part(5, 2, -1);
-  late.update.map_epoch = 1;
-  late.update.keyframes.push_back({9, 1000, {}});
-  take(late);
-  auto again = part(5, 1, -1);
-  again.update.map_epoch = 2;
-  again.update.keyframes.push_back({7, 1000, {}});
-  take(again);
+  auto late = update(2, 0);
+  late.map_epoch = 1;
+  late.keyframes.push_back({9, 1000, {}});
+  take_map(late);
+  auto again = update(1, 0);
+  again.map_epoch = 2;
+  again.seq = 2;
+  again.keyframes.push_back({7, 1000, {}});
+  take_map(again);
   EXPECT_TRUE(page().keyframes.contains("7"));
   EXPECT_FALSE(page().keyframes.contains("9"));
 }
@@ -226,9 +254,9 @@ TEST_F(ViewModelTest, AMapThatIsInUseAgainIsShown) {
 TEST_F(ViewModelTest, ARestartOfTheServerIsSaid) {
   take(status(5, status_t::STATE_TRACKING));
   for (int i = 0; i < 10; ++i) take(pose(5, 3, i));
-  auto map = part(5, 3, -1);
-  map.update.keyframes.push_back({0, 1000, {}});
-  take(map);
+  auto map = update(3, 0);
+  map.keyframes.push_back({0, 1000, {}});
+  take_map(map);
   EXPECT_EQ(page().path.size(), 10u);
   EXPECT_FALSE(page().sections.contains("events"));
   take(status(6, status_t::STATE_WAITING));

@@ -50,8 +50,8 @@ function showPose(pose, map) {
 
 function showMap(map, copy, server) {
   say("map", map?.id ? `number ${map.id}, ${scaleText(map)}` : "none yet");
-  say("incomplete", map?.lost_updates ? "Updates of the map were missed (it began before this view, or " +
-    `messages were lost): shown are ${count(copy.landmarks.size)} of ${count(server?.landmarks)} landmarks.` : "");
+  say("incomplete", map?.behind ? "Parts of the map have not arrived yet; the server is asked for them. " +
+    `Shown are ${count(copy.landmarks.size)} of ${count(server?.landmarks)} landmarks.` : "");
 }
 
 let lastEvent = 0, connected = true, hideTimer = 0;

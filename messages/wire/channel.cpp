@@ -1,4 +1,4 @@
-#include "convert/channel.h"
+#include "wire/channel.h"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,9 @@ namespace eifmap {
 namespace {
 
 constexpr std::string_view kPrefix = "eifmap.";
-constexpr std::array<std::string_view, 10> kKinds{
-    "image",    "features",    "calibration",      "pose",    "map", "status",
-    "decision", "measurement", "relative_request", "relative"};
+constexpr std::array<std::string_view, 11> kKinds{
+    "image",    "features",    "calibration",      "pose",     "map",        "status",
+    "decision", "measurement", "relative_request", "relative", "map_request"};
 
 bool valid_character(char c) {
   return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' ||

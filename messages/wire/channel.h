@@ -23,7 +23,8 @@ enum class ChannelKind {
   kDecision,
   kMeasurement,
   kRelativeRequest,
-  kRelative
+  kRelative,
+  kMapRequest
 };
 
 struct Channel {

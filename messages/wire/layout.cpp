@@ -1,4 +1,4 @@
-#include "convert/layout.h"
+#include "wire/layout.h"
 
 #include <algorithm>
 #include <limits>

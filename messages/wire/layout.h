@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "convert/bytes.h"
+#include "wire/bytes.h"
 
 namespace eifmap {
 
