@@ -47,7 +47,7 @@ int run(const Options& options, StopSignals& signals) {
   if (!healthy) spdlog::error("LCM broke off at {}", options.lcm_url);
   const std::string problem = logger.finish();
   if (!problem.empty()) spdlog::error(problem);
-  const Logger::Counts& counts = logger.counts();
+  const Logger::Counts counts = logger.counts();
   spdlog::info("{} poses, {} of them tracked; map of {} keyframes and {} landmarks", counts.poses,
                counts.tracked, logger.map().map().keyframes().size(),
                logger.map().map().landmarks().size());

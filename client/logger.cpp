@@ -164,6 +164,14 @@ Logger::~Logger() {
   bus_.unsubscribe_all();
 }
 
+// Poses and statuses that cannot be read are not given to the map's client: none is counted twice.
+Logger::Counts Logger::counts() const {
+  Counts counts = counts_;
+  counts.map_parts = map_.counts().parts;
+  counts.malformed += map_.counts().malformed;
+  return counts;
+}
+
 bool Logger::is_mine(const std::string& channel) {
   const auto parsed = parse_channel(channel);
   if (!parsed) return false;
@@ -249,10 +257,9 @@ void Logger::write(const NamedMeasurement& named) {
 }
 
 void Logger::receive_map(const std::string& channel, Bytes bytes) {
+  const std::int64_t before = map_.counts().parts;
   map_.receive(channel, bytes.data(), bytes.size());
-  const MapClient::Counts counts = map_.counts();
-  counts_.malformed += counts.malformed - std::exchange(map_malformed_, counts.malformed);
-  if (counts.parts == std::exchange(counts_.map_parts, counts.parts)) return;
+  if (map_.counts().parts == before) return;
   if (camera_.empty()) camera_ = map_.camera();
   last_message_ = Clock::now();
 }

@@ -44,7 +44,7 @@ class Logger {
                  measurements = 0;
   };
   // These from the thread that calls bus.receive().
-  const Counts& counts() const { return counts_; }
+  Counts counts() const;
   const MapClient& map() const { return map_; }
   const status_t& last_status() const { return last_status_; }      // zeros before the first
   bool server_stopped() const { return server_stopped_; }           // the one logged
@@ -78,8 +78,7 @@ class Logger {
   std::ofstream trajectory_, poses_, statuses_, decisions_, measurements_;
   std::map<std::int64_t, PublishedPath> paths_;  // by the server's run
   MapClient map_;
-  Counts counts_;
-  std::int64_t map_malformed_ = 0;
+  Counts counts_;                     // but for the map's
   std::set<MeasurementId> measured_;  // written; a datagram may come twice
   // Until it is known which camera is logged; few come before the first pose.
   std::vector<NamedMeasurement> early_;

@@ -14,6 +14,7 @@
 #include "convert/measurement_message.h"
 #include "features/front_end.h"
 #include "wire/channel.h"
+#include "wire/clock.h"
 
 namespace eifmap {
 namespace {
@@ -130,9 +131,7 @@ class CalibrationBeacon {
   bool send_if_due() {
     if (Clock::now() < next_) return true;
     next_ = Clock::now() + kCalibrationPeriod;
-    const auto now = std::chrono::system_clock::now().time_since_epoch();
-    const NamedCamera message{std::chrono::duration_cast<std::chrono::microseconds>(now).count(),
-                              camera_, source_.camera()};
+    const NamedCamera message{now_us(), camera_, source_.camera()};
     return bus_.publish(channel_name(camera_, ChannelKind::kCalibration),
                         encode(to_message(message)));
   }

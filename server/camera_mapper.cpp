@@ -63,9 +63,8 @@ CameraMapper::Taken CameraMapper::take_calibration(const std::string& camera, By
   const Decoded<NamedCamera> decoded = decode_camera(bytes);
   if (!decoded.ok()) return {decoded.reason, decoded.detail};
   const Camera& calibration = decoded.value.camera;
-  if (decoded.value.name != camera)
-    return {Reason::kMalformedMessage,
-            "it names camera " + decoded.value.name + " on a channel of camera " + camera};
+  if (std::string problem = camera_problem(decoded.value.name, camera); !problem.empty())
+    return {Reason::kMalformedMessage, std::move(problem)};
   const Camera* known = calibration_of(camera);
   if (known && known->id() == calibration.id()) return {};
   if (config_.calibration)
@@ -179,10 +178,8 @@ Decoded<FeatureFrame> CameraMapper::read_frame(const Channel& channel, Bytes byt
   Result frame = decode_features(bytes);
   if (!frame.ok()) return frame;
   note_arrival(frame.value.publisher, frame.value.seq, frame.value.time_us);
-  if (frame.value.camera != channel.camera)
-    return Result::refuse(
-        Reason::kMalformedMessage,
-        "it names camera " + frame.value.camera + " on a channel of camera " + channel.camera);
+  if (std::string problem = camera_problem(frame.value.camera, channel.camera); !problem.empty())
+    return Result::refuse(Reason::kMalformedMessage, std::move(problem));
   const Camera& camera = calibration_for(channel.camera, frame.value.calibration_id,
                                          frame.value.width, frame.value.height, known);
   if (std::string problem = id_problem(frame.value.calibration_id, camera); !problem.empty())

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/clock.h"
+#include "wire/clock.h"
 
 namespace eifmap {
 

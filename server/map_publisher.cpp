@@ -23,8 +23,9 @@ MapPublisher::Sent MapPublisher::encoded(const map_part_t& update) const {
 
 void MapPublisher::publish(map_part_t update, const std::string& channel) {
   const bool whole = update.base_seq == -1;
-  if (update.seq <= map_.seq() || (!whole && map_.seq() == 0) ||
-      (!whole && (update.base_seq != map_.seq() || update.seq != update.base_seq + 1)))
+  const bool is_next =
+      map_.seq() > 0 && update.base_seq == map_.seq() && update.seq == update.base_seq + 1;
+  if (whole ? update.seq <= map_.seq() : !is_next)
     throw std::invalid_argument("map update from " + std::to_string(update.base_seq) + " to " +
                                 std::to_string(update.seq) + " does not follow on from " +
                                 std::to_string(map_.seq()));

@@ -5,7 +5,7 @@
 
 #include "convert/decision_message.h"
 #include "convert/map_message.h"
-#include "server/clock.h"
+#include "wire/clock.h"
 
 namespace eifmap {
 namespace {
@@ -143,27 +143,29 @@ void MappingServer::take_measurement(const Received& message) {
 }
 
 // One that cannot be read has nobody to be told.
+template <class Request>
+std::optional<Request> MappingServer::read_request(const Received& message,
+                                                   Decoded<Request> (*decode)(Bytes)) {
+  Decoded<Request> request = decode(message.bytes);
+  if (request.ok()) request.detail = camera_problem(request.value.camera, message.channel.camera);
+  if (request.detail.empty()) return std::move(request.value);
+  board_.note_measurement(Reason::kMalformedMessage, request.detail);
+  return std::nullopt;
+}
+
 void MappingServer::take_request(const Received& message) {
-  Decoded<RelativeRequest> request = decode_relative_request(message.bytes);
-  if (request.ok() && request.value.camera != message.channel.camera)
-    request = Decoded<RelativeRequest>::refuse(
-        Reason::kMalformedMessage, "it names camera " + request.value.camera +
-                                       " on a channel of camera " + message.channel.camera);
-  if (!request.ok()) return board_.note_measurement(request.reason, request.detail);
-  RelativeAnswer answer = mapper_.answer(request.value);
+  const auto request = read_request(message, decode_relative_request);
+  if (!request) return;
+  RelativeAnswer answer = mapper_.answer(*request);
   answer.time_us = now_us();
-  answer.origin = {server_epoch_, request.value.camera};
-  send(channel_name(request.value.camera, ChannelKind::kRelative), encode(to_message(answer)));
+  answer.origin = {server_epoch_, request->camera};
+  send(channel_name(request->camera, ChannelKind::kRelative), encode(to_message(answer)));
 }
 
 void MappingServer::take_map_request(const Received& message) {
-  Decoded<map_request_t> request = decode_map_request(message.bytes);
-  if (request.ok() && request.value.camera != message.channel.camera)
-    request = Decoded<map_request_t>::refuse(
-        Reason::kMalformedMessage, "it names camera " + request.value.camera +
-                                       " on a channel of camera " + message.channel.camera);
-  if (!request.ok()) return board_.note_measurement(request.reason, request.detail);
-  maps_.answer(request.value, Clock::now());
+  const auto request = read_request(message, decode_map_request);
+  if (!request) return;
+  maps_.answer(*request, Clock::now());
   parts_wait_ = true;
 }
 

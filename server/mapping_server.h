@@ -61,6 +61,8 @@ class MappingServer {
   void take_turn();
   void take_calibration(const Received& message);
   void take_measurement(const Received& message);
+  template <class Request>
+  std::optional<Request> read_request(const Received& message, Decoded<Request> (*decode)(Bytes));
   void take_request(const Received& message);
   void take_map_request(const Received& message);
   void take_frame(const Received& message);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "wire/channel.h"
+
 namespace eifmap {
 
 bool MeasurementIntake::is_new(const AbsoluteMeasurement& measurement) {
@@ -24,9 +26,9 @@ MeasurementIntake::Taken MeasurementIntake::take(const std::string& camera, Byte
   ++counts_.arrived;
   Decoded<NamedMeasurement> decoded = decode_measurement(bytes);
   Taken taken{decoded.reason, std::move(decoded.detail)};
-  if (decoded.ok() && decoded.value.camera != camera)
-    taken = {Reason::kMalformedMessage,
-             "it names camera " + decoded.value.camera + " on a channel of camera " + camera};
+  if (std::string problem = decoded.ok() ? camera_problem(decoded.value.camera, camera) : "";
+      !problem.empty())
+    taken = {Reason::kMalformedMessage, std::move(problem)};
   if (taken.reason != Reason::kNone) {
     ++counts_.refused.refusals[taken.reason];
     return taken;

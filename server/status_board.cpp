@@ -11,7 +11,7 @@
 #include "convert/earth_fields.h"
 #include "convert/scale_fields.h"
 #include "names.h"
-#include "server/clock.h"
+#include "wire/clock.h"
 #include "wire/limits.h"
 
 namespace eifmap {

@@ -14,16 +14,10 @@ int main(int argc, char** argv) {
   eifmap::MapClient client(lcm, "");
   client.on_change([&](const eifmap::MapChange& change) {
     const eifmap::PublishedMap& map = client.map();
-    std::printf("%s: map %ld, update %ld%s: %zu keyframes, %zu landmarks\n",
+    std::printf("%s: map %ld, update %ld%s: %zu keyframes, %zu landmarks; %zu gone\n",
                 client.camera().c_str(), long{map.map_id()}, long{map.seq()},
-                change.whole ? " (whole)" : "", map.keyframes().size(), map.landmarks().size());
-    double position[3];
-    for (const std::int64_t id : change.landmarks)
-      if (const auto landmark = map.landmarks().find(id);
-          landmark != map.landmarks().end() && argc > 2 &&
-          position_in_map(map, landmark->second.value, position))
-        std::printf("  %ld is at %.3f %.3f %.3f\n", long{id}, position[0], position[1],
-                    position[2]);
+                change.whole ? " (whole)" : "", map.keyframes().size(), map.landmarks().size(),
+                change.removed_landmarks.size());
     std::fflush(stdout);
   });
   while (lcm.handleTimeout(50) >= 0) client.tick();

@@ -7,6 +7,7 @@
 #include "published/map_follower.h"
 #include "published/said_of_map.h"
 #include "wire/channel.h"
+#include "wire/clock.h"
 #include "wire/limits.h"
 
 namespace eifmap {
@@ -17,12 +18,6 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kSilence = std::chrono::seconds(3);
 // Parts that may wait in LCM while the program does something else.
 constexpr int kQueue = 2000;
-
-std::int64_t now_us() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 // liblcm passes on whatever sizes a datagram claims, and is C: nothing may be thrown through it.
 void dispatch(const lcm::ReceiveBuffer* buffer, const std::string& channel,
@@ -40,9 +35,7 @@ void dispatch(const lcm::ReceiveBuffer* buffer, const std::string& channel,
 struct MapClient::State {
   State(const std::string& name, Send to_send)
       : camera(name), send(std::move(to_send)), follower(random_requester()) {
-    if (!name.empty() && !valid_camera_name(name))
-      throw std::invalid_argument("camera is '" + name +
-                                  "', wanted 1 to 24 characters of A-Z a-z 0-9 _ -");
+    if (!name.empty()) require_camera_name(name);
   }
 
   void take_part(Bytes bytes);
@@ -112,7 +105,7 @@ void MapClient::on_change(OnChange on_change) {
 
 void MapClient::receive(const std::string& channel, const void* data, std::size_t size) {
   const std::optional<Channel> parsed = parse_channel(channel);
-  if (!parsed) return;
+  if (!parsed || (!state_->camera.empty() && parsed->camera != state_->camera)) return;
   const Bytes bytes(static_cast<const std::uint8_t*>(data), size);
   if (parsed->kind == ChannelKind::kMap)
     state_->take_part(bytes);

@@ -1,5 +1,7 @@
 #include "client/view/view_feed.h"
 
+#include "wire/clock.h"
+
 namespace eifmap {
 namespace {
 
@@ -45,9 +47,7 @@ void ViewFeed::subscribe(std::string_view camera, ChannelKind kind,
 }
 
 void ViewFeed::tick() {
-  const auto utime = std::chrono::duration_cast<std::chrono::microseconds>(
-      std::chrono::system_clock::now().time_since_epoch());
-  if (const auto request = view_.model.ask(Clock::now(), utime.count()))
+  if (const auto request = view_.model.ask(Clock::now(), now_us()))
     bus_.publish(channel_name(request->camera, ChannelKind::kMapRequest), encode(*request));
 }
 

@@ -143,11 +143,7 @@ void append(const map_part_t& part, map_part_t& whole) {
 }
 
 Decoded<map_part_t> decode_map_part(Bytes bytes) {
-  Decoded<map_part_t> decoded = decode_checked<map_part_t>(bytes, scan);
-  if (!decoded.ok()) return decoded;
-  if (std::string found = problem(decoded.value); !found.empty())
-    return Decoded<map_part_t>::refuse(Reason::kMalformedMessage, std::move(found));
-  return decoded;
+  return decode_checked<map_part_t>(bytes, scan, problem);
 }
 
 }  // namespace eifmap

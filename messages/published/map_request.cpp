@@ -40,11 +40,7 @@ std::int64_t random_requester() {
 }
 
 Decoded<map_request_t> decode_map_request(Bytes bytes) {
-  Decoded<map_request_t> decoded = decode_checked<map_request_t>(bytes, scan);
-  if (!decoded.ok()) return decoded;
-  if (std::string found = problem(decoded.value); !found.empty())
-    return Decoded<map_request_t>::refuse(Reason::kMalformedMessage, std::move(found));
-  return decoded;
+  return decode_checked<map_request_t>(bytes, scan, problem);
 }
 
 }  // namespace eifmap

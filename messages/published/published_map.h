@@ -18,11 +18,11 @@ struct PublishedLandmark {
   std::vector<observation_t> observations;  // of it, by keyframe ascending
 };
 
-// What updates did to a copy. Ids, in no order.
+// What updates did to a copy. Ids, in no order, some of them twice.
 struct MapChange {
   // The copy begins anew: another map, the map in another unit, or what was missed is too much.
   bool whole = false;
-  std::vector<std::int64_t> keyframes, landmarks;  // new or changed
+  std::vector<std::int64_t> keyframes, landmarks;  // new, changed or seen from another keyframe
   std::vector<std::int64_t> removed_landmarks;
 };
 

@@ -17,17 +17,23 @@ bool valid_character(char c) {
          c == '-';
 }
 
+}  // namespace
+
+bool valid_camera_name(std::string_view camera) {
+  return !camera.empty() && camera.size() <= kMaxCameraName &&
+         std::all_of(camera.begin(), camera.end(), valid_character);
+}
+
 void require_camera_name(std::string_view camera) {
   if (!valid_camera_name(camera))
     throw std::invalid_argument("camera name '" + std::string(camera) +
                                 "': must be 1 to 24 of A-Z a-z 0-9 _ -");
 }
 
-}  // namespace
-
-bool valid_camera_name(std::string_view camera) {
-  return !camera.empty() && camera.size() <= kMaxCameraName &&
-         std::all_of(camera.begin(), camera.end(), valid_character);
+std::string camera_problem(std::string_view named, std::string_view channel) {
+  if (named == channel) return "";
+  return "it names camera " + std::string(named) + " on a channel of camera " +
+         std::string(channel);
 }
 
 std::string_view to_string(ChannelKind kind) {

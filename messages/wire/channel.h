@@ -36,6 +36,12 @@ struct Channel {
 // [A-Za-z0-9_-], 1 to 24 characters.
 bool valid_camera_name(std::string_view camera);
 
+// Throws std::invalid_argument where it is none.
+void require_camera_name(std::string_view camera);
+
+// "", or what is wrong with a message that names another camera than the channel it came on.
+std::string camera_problem(std::string_view named, std::string_view channel);
+
 std::string_view to_string(ChannelKind kind);  // "image", "features", ...
 
 // Throws std::invalid_argument on an invalid camera name.

@@ -57,4 +57,15 @@ Decoded<Message> decode_checked(Bytes bytes, void (*scan)(LayoutScanner&)) {
   return Decoded<Message>::refuse(Reason::kMalformedMessage, "the decoder refused the bytes");
 }
 
+// The same, and then `problem` is asked what is wrong with the values: "" nothing.
+template <class Message>
+Decoded<Message> decode_checked(Bytes bytes, void (*scan)(LayoutScanner&),
+                                std::string (*problem)(const Message&)) {
+  Decoded<Message> decoded = decode_checked<Message>(bytes, scan);
+  if (!decoded.ok()) return decoded;
+  if (std::string found = problem(decoded.value); !found.empty())
+    return Decoded<Message>::refuse(Reason::kMalformedMessage, std::move(found));
+  return decoded;
+}
+
 }  // namespace eifmap

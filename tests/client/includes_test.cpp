@@ -20,7 +20,7 @@ const fs::path kSource = EIFMAP_SOURCE_DIR;
 
 // The project's file that an include means, or nothing for those of others.
 fs::path resolve(const std::string& include) {
-  for (const char* root : {"src", "messages", "."})
+  for (const char* root : {"src", "messages", "client/library", "."})
     if (const fs::path file = kSource / root / include; fs::is_regular_file(file)) return file;
   return {};
 }
@@ -52,6 +52,17 @@ TEST(Includes, TheClientReachesNeitherFilterNorMapNorServer) {
     for (const char* forbidden :
          {"src/filter/", "src/map/", "src/mapper.", "src/storage/", "server/"})
       EXPECT_FALSE(file.starts_with(forbidden)) << file;
+}
+
+// Of the core it knows the reasons' codes alone.
+TEST(Includes, TheClientsLibraryStandsByItself) {
+  std::set<std::string> seen;
+  follow(kSource / "client/library/map_client.cpp", seen);
+  EXPECT_TRUE(seen.contains("messages/published/map_follower.cpp"));
+  for (const std::string& file : seen)
+    EXPECT_TRUE(file.starts_with("client/library/") || file.starts_with("messages/published/") ||
+                file.starts_with("messages/wire/") || file.starts_with("src/reason."))
+        << file;
 }
 
 TEST(Includes, TheProgramHasNoFilterInIt) {

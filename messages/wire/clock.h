@@ -1,4 +1,4 @@
-// The time of day, for what the server says about itself. Nothing that is mapped depends on it.
+// The time of day, for what programs say of themselves. Nothing that is mapped depends on it.
 #pragma once
 
 #include <chrono>
