@@ -132,7 +132,9 @@ struct ObservationView {
 // What changed since the last update.
 struct MapUpdate {
   std::int64_t map_id = 0, map_epoch = 0;
-  std::int64_t seq = 0, base_seq = -1;  // after and before this update; base -1: a whole map
+  // After and before this update; base -1: a whole map. Each map counts its own; what is published
+  // is numbered through (server/camera_mapper.h).
+  std::int64_t seq = 0, base_seq = -1;
   std::vector<KeyframeView> keyframes;  // new or moved
   std::vector<LandmarkView> landmarks;  // new or changed
   std::vector<std::int64_t> removed_landmarks;

@@ -195,7 +195,6 @@ MapUpdate Mapper::map_update() {
       live.update ? *std::exchange(live.update, std::nullopt) : live.news.since_last(live.map());
   update.map_id = state_->map_id;
   update.map_epoch = state_->epoch();
-  state_->news_seq = std::max(state_->news_seq, update.seq);
   return update;
 }
 

@@ -25,7 +25,6 @@ KeyframeJob Mapper::State::make_job(std::shared_ptr<const ObservedFrame> observe
   work->kept = kept.views();
   work->merge_search = live->merge_search;
   if (!work->kept.empty()) work->view = live->sight_counts.view();
-  work->news_seq = news_seq;
   if (runner && with_updates) work->news = std::move(live->news);
   return KeyframeJob(std::move(work));
 }

@@ -64,7 +64,6 @@ struct Mapper::State {
   std::int64_t map_id = 0, last_map_id = 0;  // of the map in use, of the one started last
   std::int64_t epoch_before = 0;        // what the published one is more than the map in use says
   std::int64_t stay = 0;                // counts how often the map in use has become another one
-  std::int64_t news_seq = -1;           // of the last update of any map that was asked for
   std::optional<std::int64_t> seen_in;  // kept map that the last image of a lost camera agrees with
   MapSign map_sign;  // of the map, or of the one to come until its start has chosen
   std::optional<std::int64_t> last_time_us, lost_since_us;

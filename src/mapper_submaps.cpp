@@ -100,7 +100,7 @@ void Mapper::State::return_to(std::int64_t kept_map, ObservedFrame observed,
   map_id = back.map_id;
   map_sign = live->map().map_sign();
   desk.change_frames(std::move(back.frames));
-  live->news.begin_anew(news_seq);
+  live->news.begin_anew();
   live->sight_counts.forget_last();
   begin_epoch(next_epoch);
   lost_since_us.reset();
@@ -141,7 +141,7 @@ void Mapper::State::adopt_merge(KeyframeWork& work) {
   live->current = merge.merged;
   const Rigid3& now = live->map().pose(live->reference);
   live->last = {now * in_reference, now.rotation * step};
-  if (!work.update) live->news.begin_anew(news_seq);
+  if (!work.update) live->news.begin_anew();
   begin_epoch(next_epoch);
 }
 

@@ -33,10 +33,7 @@ void KeyframeJob::run() {
     work.merge = merge_maps(*work.after, work.map_id, work.insertion.keyframe, work.kept,
                             *work.view, work.merge_search, work.options);
   const Map& map = work.merge.merged ? *work.merge.merged : *work.after;
-  if (work.news && work.merge.merged)
-    work.news->begin_anew(work.news_seq);
-  else if (work.news && map.epoch() != epoch)
-    work.news->begin_anew();
+  if (work.news && (work.merge.merged || map.epoch() != epoch)) work.news->begin_anew();
   if (work.news) work.update = work.news->since_last(map);
 }
 

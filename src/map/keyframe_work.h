@@ -35,7 +35,6 @@ struct KeyframeWork {
   std::vector<KeptView> kept;
   MergeSearch merge_search;      // what it knows so far
   std::optional<SafeView> view;  // with kept maps
-  std::int64_t news_seq = -1;    // of what was published of any map
 
   // Made by run().
   std::shared_ptr<Map> after;

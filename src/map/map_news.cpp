@@ -187,8 +187,7 @@ void MapNews::keep_changed(const Map& map, MapUpdate& update) {
   });
 }
 
-void MapNews::begin_anew(std::int64_t seq) {
-  seq_ = std::max(seq_, seq);
+void MapNews::begin_anew() {
   sent_poses_.clear();
   sent_.clear();
   is_whole_ = true;

@@ -23,8 +23,7 @@ class MapNews {
  public:
   // Fills everything but map_id and map_epoch.
   MapUpdate since_last(const Map& map);
-  // The next is a whole map. Its number is past `seq`, too, where others have been published since.
-  void begin_anew(std::int64_t seq = -1);
+  void begin_anew();  // the next is a whole map
 
  private:
   struct Sent {
