@@ -36,6 +36,7 @@ FrameCheck Mapper::State::check(const FeatureFrame& frame) {
   FrameCheck result = check_frame(frame, camera);
   if (!result.ok()) return result;
   if (begins_stream(frame)) begin_stream(frame);
+  if (live && !last_time_us && !lost_since_us) begin_where_it_was(frame.time_us);
   if (last_time_us && frame.time_us <= *last_time_us) {
     ++old_times;
     return {Reason::kTimeNotIncreasing, "time " + std::to_string(frame.time_us) +

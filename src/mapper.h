@@ -17,6 +17,8 @@
 
 namespace eifmap {
 
+struct MapperSnapshot;  // map/map_snapshot.h
+
 class Mapper {
  public:
   // Throws std::invalid_argument with camera.problem() or options.problem().
@@ -70,6 +72,13 @@ class Mapper {
   std::optional<RelativeView> relative_pose(std::int64_t a, std::int64_t b) const;
   // Nothing before absolute positions have told where the map is.
   std::optional<EarthView> in_earth() const;
+
+  // For a map that outlives its process (storage/): what there is now; and a mapper that has had no
+  // frame yet goes on from there, lost until an image shows where the camera is. What was tracked
+  // since the last keyframe, and what was only counted, is not in it. restore() throws
+  // std::invalid_argument after the first frame.
+  MapperSnapshot snapshot() const;
+  void restore(const MapperSnapshot& snapshot);
 
   // Called with a step's name at its start and end, for timing from outside: the mapper itself
   // reads no clock. (name, true) at start, (name, false) at end.

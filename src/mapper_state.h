@@ -62,6 +62,7 @@ struct Mapper::State {
   KeptMaps kept;
   std::optional<FinishedMap> finished;       // the largest of those given up
   std::int64_t map_id = 0, last_map_id = 0;  // of the map in use, of the one started last
+  std::int64_t first_epoch = 0;              // of the first map
   std::int64_t epoch_before = 0;        // what the published one is more than the map in use says
   std::int64_t stay = 0;                // counts how often the map in use has become another one
   std::optional<std::int64_t> seen_in;  // kept map that the last image of a lost camera agrees with
@@ -84,6 +85,7 @@ struct Mapper::State {
 
   // mapper.cpp: what comes in, and what is said of it
   FrameCheck check(const FeatureFrame& frame);
+  void begin_where_it_was(std::int64_t time_us);
   bool begins_stream(const FeatureFrame& frame) const;
   void begin_stream(const FeatureFrame& frame);
   void count(const FrameResult& result);

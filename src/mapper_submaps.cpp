@@ -20,8 +20,9 @@ void Mapper::State::leave_map() {
   live->update.reset();
   live->loop_search.begin_anew();
   live->merge_search.begin_anew();
-  std::optional<KeptMap> gone =
-      kept.keep({map_id, std::move(*live), desk.change_frames(std::deque<PlacedFrame>())});
+  const std::int64_t epoch_now = epoch();
+  std::optional<KeptMap> gone = kept.keep(
+      {map_id, std::move(*live), epoch_now, desk.change_frames(std::deque<PlacedFrame>())});
   live.reset();
   if (!gone) return;
   measured_before += gone->live.map().scale().counts;

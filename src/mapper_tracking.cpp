@@ -37,7 +37,7 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
     if (!live) result.state = TrackingState::kStarting;
     return;
   }
-  const std::int64_t next_epoch = live ? epoch() + 1 : 0;
+  const std::int64_t next_epoch = live ? epoch() + 1 : first_epoch;
   leave_map();
   live.emplace(std::move(begun.started->map), camera);
   begin_epoch(next_epoch);

@@ -121,6 +121,26 @@ constexpr std::array kTexts{
                "a keyframe that was asked for is not in the map in use, or its covariance is not "
                "known",
                "ask for keyframes of the latest map updates, and name their map"},
+    ReasonText{Reason::kMapFileUnreadable, "MAP_FILE_UNREADABLE", "a map's file cannot be read",
+               "see that it is there and readable, as the system's words say"},
+    ReasonText{Reason::kMapFileUnknown, "MAP_FILE_UNKNOWN",
+               "a file that should hold a map does not",
+               "name a .eifmap file that eifmap-server has written"},
+    ReasonText{Reason::kMapFileNewer, "MAP_FILE_NEWER",
+               "a map's file is of a later format than this program knows",
+               "use the eifmap-server that wrote it, or a later one"},
+    ReasonText{Reason::kMapFileDamaged, "MAP_FILE_DAMAGED",
+               "a map's file is damaged, and is left as it is",
+               "eifmap-server --check-map FILE says what is whole, --repair keeps that; see to the "
+               "disk"},
+    ReasonText{Reason::kMapFileOther, "MAP_FILE_OTHER",
+               "a map's file is of another calibration than the camera has",
+               "nothing, if the camera has changed: a new map begins beside it; else give the "
+               "calibration that it was made with"},
+    ReasonText{Reason::kMapNotSaved, "MAP_NOT_SAVED",
+               "the map cannot be written to the disk: what is mapped from now on is lost with the "
+               "process",
+               "make room on the disk, or see to its rights; it is tried again with each keyframe"},
     ReasonText{Reason::kLoopTooFewInliers, "LOOP_TOO_FEW_INLIERS",
                "a place seems to be seen again, but too few of its map features agree with a pose",
                "look the same way as the first time"},

@@ -65,6 +65,13 @@ enum class Reason : std::int16_t {
   kMergeNotAgreed = 106,
   kMergeUnlike = 107,
   kMergeMeasured = 108,
+  // Maps on the disk
+  kMapFileUnreadable = 120,
+  kMapFileUnknown = 121,
+  kMapFileNewer = 122,
+  kMapFileDamaged = 123,
+  kMapFileOther = 124,
+  kMapNotSaved = 125,
   // The server's own
   kInternalError = 60,
 };

@@ -116,6 +116,13 @@ class SharedVector {
     return gone;
   }
 
+  // Whether the piece that element i is in is the same in both, and so every element of it: what a
+  // copy from before need not look at again.
+  bool shares_piece(std::size_t i, const SharedVector& other) const {
+    return i / kPiece < other.pieces_.size() && pieces_[i / kPiece] == other.pieces_[i / kPiece];
+  }
+  static constexpr std::size_t piece_size() { return kPiece; }
+
   // How many of its pieces it has not made itself since it was last copied.
   std::size_t num_shared_pieces() const {
     const std::uint64_t own = owner_.load(std::memory_order_relaxed);

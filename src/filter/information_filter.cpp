@@ -285,6 +285,13 @@ void InformationFilter::judge_newest(FilterUpdate& update) const {
   update.newest_spread = kSpreadFromMedian2d * take_median(errors);
 }
 
+// What its sights say of errors, and it itself given the poses, as of its linearization.
+void InformationFilter::judge_landmark(int l) {
+  FilterLandmark& landmark = landmarks_.write(l);
+  correlation_sums_.set(l, landmark, poses_);
+  if (!landmark.measurements.empty()) landmark.covariance = conditional_covariance(landmark);
+}
+
 FilterUpdate InformationFilter::update() {
   FilterUpdate result;
   if (num_poses() < 2) return result;
@@ -313,12 +320,7 @@ FilterUpdate InformationFilter::update() {
   }
   judge_newest(result);
   drop_sights(touched_in_update_.sorted(), options_.gate_sigma, result);
-  for (int l : touched_in_update_.sorted()) {
-    FilterLandmark& landmark = landmarks_.write(l);
-    correlation_sums_.set(l, landmark, poses_);
-    if (landmark.measurements.empty()) continue;
-    landmark.covariance = conditional_covariance(landmark);
-  }
+  for (int l : touched_in_update_.sorted()) judge_landmark(l);
   correlation_ = correlation_sums_.correlation();
   touched_in_update_.clear();
   positions_before_.clear();

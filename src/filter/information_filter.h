@@ -58,6 +58,22 @@ struct WholeIteration {
   double squared_step = 0;  // sigmas, as the gradient asks for
 };
 
+// By one innovation: the map's variance with which it is of median size, and with which only one in
+// ten is larger.
+struct VarianceAskedFor {
+  double by_median = 1, by_tenth = 1;
+};
+
+// What a filter holds besides poses, landmarks and what was measured.
+struct FilterBooks {
+  bool has_gauge = false, is_metric = false, is_placed = false, has_level = false;
+  ScaleGauge gauge;
+  Rigid3 earth_from_map;
+  Eigen::Vector3d held_up = Eigen::Vector3d::Zero();
+  double absolute_weight = 1, map_variance = 1, edge_variance = 1;
+  std::vector<VarianceAskedFor> variances_asked_for;
+};
+
 class InformationFilter {
  public:
   // `radians_per_pixel` turns the options' pixels into normalized image coordinates.
@@ -145,6 +161,13 @@ class InformationFilter {
   // factored anew, all poses and landmarks moved. What an update does only where it must.
   WholeIteration iterate_whole();
 
+  // For a map that is kept in a file: what is not in the rest of this interface; and all of it
+  // again, once poses, landmarks, sights and edges are there as they were. The mean stays where it
+  // is, everything is linearized there, and covariances are known. False, where the books or the
+  // measurements are not a filter's, or the matrix cannot be factored: then this one is of no use.
+  FilterBooks books() const;
+  bool restore(const FilterBooks& books, const std::vector<AbsoluteObservation>& absolutes);
+
   // Whether an absolute measurement of that kind is of this pose; of any.
   bool has_absolute(int pose, AbsoluteObservation::Kind kind) const;
   bool has_absolute(AbsoluteObservation::Kind kind) const;
@@ -158,6 +181,7 @@ class InformationFilter {
   const Rigid3& pose(int i) const { return poses_[i]; }
   const Eigen::Vector3d& position(int landmark) const { return landmarks_[landmark].position; }
   const FilterLandmark& landmark(int i) const { return landmarks_[i]; }
+  const FilterLandmarks& landmarks() const { return landmarks_; }
   const FilterEdges& edges() const { return edges_; }
   const SightCorrelation& correlation() const { return correlation_; }
   const PoseBlocks& blocks() const { return system_.blocks(); }
@@ -210,11 +234,6 @@ class InformationFilter {
   // (landmark_distance.h), of others 0.
   AbsoluteRows rows_of(const AbsoluteObservation& observation, double& of_landmarks) const;
   bool knows_landmarks(const AbsoluteObservation& observation) const;
-  // By one innovation: the map's variance with which it is of median size, and with which only one
-  // in ten is larger.
-  struct VarianceAskedFor {
-    double by_median = 1, by_tenth = 1;
-  };
   void judge_map_variance(const VarianceAskedFor& newest);
   bool passes_gate(const FilterAbsolute& absolute, bool again);
   void find_earth_again(const AbsoluteObservation& newest);
@@ -227,6 +246,8 @@ class InformationFilter {
   bool next_step(bool ask_latest, Step& step);
   std::size_t linearize_moved();
   void linearize_all_anew();
+  bool is_restorable(const FilterBooks& books) const;
+  void judge_landmark(int landmark);
   bool factor_for_all();
   void apply(const Eigen::VectorXd& delta_poses);
   bool move_alone(FilterLandmark& landmark, double still) const;

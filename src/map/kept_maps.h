@@ -15,6 +15,7 @@ namespace eifmap {
 struct KeptMap {
   std::int64_t map_id = 0;
   LiveMap live;                    // as it was left
+  std::int64_t epoch = 0;          // FrameResult::map_epoch then
   std::deque<PlacedFrame> frames;  // of the desk for measurements
 };
 

@@ -54,6 +54,8 @@ struct MapEdge {
 };
 using MapEdges = SharedVector<MapEdge, 8>;
 
+struct MapContents;  // map_contents.h
+
 // Where what another map had is now, and how much it has grown.
 struct Appended {
   int first_keyframe = 0, first_track = 0;
@@ -166,11 +168,22 @@ class Map {
   std::vector<double> depths(int keyframe) const;
   double median_depth(int keyframe) const;
 
+  // For a map that is kept in a file (map_contents.h): its tables as they are, the newest of which
+  // a copy from before shares most pieces with, and its track of a landmark of the filter.
+  const SharedVector<Track, 64>& tracks() const { return tracks_; }
+  int track_of_landmark(int landmark) const { return track_of_landmark_[landmark]; }
+  const SightNoise& noise() const { return noise_; }
+
   double radians_per_pixel() const { return radians_per_pixel_; }
   // What sigmas of keypoints are multiplied by: those of all sights so far, and of frames to come.
   double sigma_factor() const { return noise_.factor(); }
 
  private:
+  friend std::shared_ptr<Map> restore_map(MapContents contents, const Camera& camera,
+                                          const MapperOptions& options);
+  bool restore(MapContents contents);
+  void restore_keyframes(MapContents& contents);
+  bool restore_measurements(MapContents& contents);
   void add_measurement(int landmark, const Sight& sight);
   void carry_removed();
   void append_keyframes(const Map& other, const Similarity& world_from_other);

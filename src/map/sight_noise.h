@@ -15,9 +15,22 @@ namespace eifmap {
 // So one factor for all of a map's sights follows what each keyframe's show when it enters. It
 // never falls below MapperOptions::sigma_factor: small residuals may also mean that a track's
 // errors resemble each other (sight_correlation.h).
+struct NoiseBooks {
+  double factor = 1, estimate = 1;
+  int keyframes = 0;
+};
+
 class SightNoise {
  public:
   explicit SightNoise(const MapperOptions& options);
+
+  // For a map that is kept in a file.
+  NoiseBooks books() const { return {factor_, estimate_, keyframes_}; }
+  void restore(const NoiseBooks& books) {
+    factor_ = books.factor;
+    estimate_ = books.estimate;
+    keyframes_ = books.keyframes;
+  }
 
   // What sigmas of keypoints are to be multiplied by.
   double factor() const { return factor_; }

@@ -91,6 +91,27 @@ void PlaceIndex::remove(int id) {
   --size_;
 }
 
+const Signature& PlaceIndex::signature(int id) const {
+  for (std::size_t slot = 0; slot < ids_.size(); ++slot)
+    if (id != kFree && ids_[slot] == id) return signatures_[slot];
+  throw std::invalid_argument("PlaceIndex::signature: no image " + std::to_string(id));
+}
+
+void PlaceIndex::restore(PlaceBooks books) {
+  std::vector<int> ids;
+  for (const auto& [id, signature] : books.signatures) ids.push_back(id);
+  std::sort(ids.begin(), ids.end());
+  if (size_ > 0 || (!books.words && !ids.empty()) || (!ids.empty() && ids.front() < 0) ||
+      std::adjacent_find(ids.begin(), ids.end()) != ids.end())
+    throw std::invalid_argument("PlaceIndex::restore: not empty, no words, or such ids");
+  words_ = std::move(books.words);
+  for (const auto& [id, signature] : books.signatures) {
+    ids_.push_back(id);
+    signatures_.push_back(signature);
+  }
+  size_ = static_cast<int>(ids.size());
+}
+
 std::vector<PlaceScore> PlaceIndex::query(const FeatureFrame& frame, int count) const {
   if (count < 0) throw std::invalid_argument("PlaceIndex::query: a negative count");
   const SplitFeatures features = split(frame);

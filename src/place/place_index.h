@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "frame.h"
@@ -34,6 +35,12 @@ struct PlaceScore {
   double score = 0;
 };
 
+// What an index knows once it is ready, for a file: of each image what the words make of it.
+struct PlaceBooks {
+  std::shared_ptr<const SplitWords> words;  // null: not ready, and to be filled by add() again
+  std::vector<std::pair<int, Signature>> signatures;  // by id
+};
+
 // Copies share what they hold: one costs pointers, however many images there are.
 class PlaceIndex {
  public:
@@ -48,6 +55,14 @@ class PlaceIndex {
   bool contains(int id) const;
   int size() const { return size_; }
   bool ready() const { return words_ != nullptr; }  // the words are learnt
+
+  // For a map that is kept in a file. The words (null: not ready), and what they make of an image
+  // that is in the index; throws std::invalid_argument where it is not, or nothing is ready.
+  const std::shared_ptr<const SplitWords>& words() const { return words_; }
+  const Signature& signature(int id) const;
+  // Of an index that has no image yet, else std::invalid_argument; and where ids are not different
+  // ones, 0 or more.
+  void restore(PlaceBooks books);
 
   // The most similar `count` (>= 0, else std::invalid_argument), best first; of equal ones the
   // lower id. Fewer where there are not so many, none before it is ready. Throws as add() does for
