@@ -67,6 +67,7 @@ enum class Reason : std::int16_t {
   kMergeMeasured = 108,
   // The server's own
   kInternalError = 60,
+  kTooManyCameras = 64,
 };
 
 struct ReasonText {
