@@ -74,6 +74,7 @@ enum class Reason : std::int16_t {
   kMapNotSaved = 125,
   // The server's own
   kInternalError = 60,
+  kTooManyCameras = 64,
 };
 
 struct ReasonText {
