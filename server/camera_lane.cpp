@@ -16,7 +16,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kReasonPeriod(200);
 
 // How often a keyframe that runs beside is looked after while no frame comes.
-constexpr milliseconds kKeyframePeriod(3), kNever(60'000);
+constexpr milliseconds kKeyframePeriod(3), kNever(60'000);  // and a map that is being saved
 
 // A map that was just made leaves within this time, or not at all.
 constexpr std::chrono::seconds kLastSend(5);
@@ -60,6 +60,10 @@ void CameraLane::receive(ChannelKind kind, Bytes bytes, bool may_wait) {
 void CameraLane::run() {
   while (!stopping_) guarded([this] { take_turn(); });
   guarded([this] { adopt_keyframe(true); });
+  guarded([this] {
+    mapper_.wait_until_saved();
+    publish_saved();
+  });
   const Clock::time_point give_up = Clock::now() + kLastSend;
   guarded([&] {
     for (auto next = send_parts(); next && *next < give_up; next = send_parts())
@@ -84,11 +88,12 @@ void CameraLane::guarded(Action action) {
 }
 
 void CameraLane::take_turn() {
+  publish_saved();
   if (Clock::now() >= next_status_) publish_status(true);
   const Clock::time_point deadline = std::min(
       {next_status_, send_parts().value_or(next_status_),
        Clock::now() + std::chrono::duration_cast<Clock::duration>(PartCollector::kSilence) / 2,
-       Clock::now() + (maps_beside_ ? kKeyframePeriod : kNever)});
+       Clock::now() + (maps_beside_ || saves_ ? kKeyframePeriod : kNever)});
   const std::optional<Received> message = inbox_.take(deadline);
   if (!message) {
     parts_.give_up_silent(Clock::now());
@@ -116,6 +121,17 @@ void CameraLane::take_message(const Received& message) {
 void CameraLane::take_calibration(const Received& message) {
   const CameraMapper::Taken taken = mapper_.take_calibration(message.channel.camera, message.bytes);
   if (taken.reason != Reason::kNone) board_.note_reason(taken.reason, taken.detail);
+  resume();
+}
+
+// Before the first frame: whoever looks at the map need not wait for one.
+void CameraLane::resume() {
+  const CameraMapper::Resumed resumed = mapper_.resume();
+  for (const CameraMapper::Taken& file : resumed.refused)
+    board_.note_reason(file.reason, file.detail);
+  if (!resumed.update) return;
+  board_.note_resumed(resumed.update->map_id, mapper_.statistics());
+  publish_map(*resumed.update, 0);
 }
 
 void CameraLane::take_measurement(const Received& message) {
@@ -191,8 +207,23 @@ CameraMapper::Mapped CameraLane::map_frame(const Received& message) {
 }
 
 void CameraLane::publish_map(const MapUpdate& update, std::int64_t time_us) {
-  maps_.publish(to_message(update, origin_, time_us), channel_name(camera_, ChannelKind::kMap));
-  parts_wait_ = true;
+  unsaved_.push_back(to_message(update, origin_, time_us));
+  saves_ = true;
+  mapper_.save_maps();
+  publish_saved();
+}
+
+// What an update acknowledges outlives the process: it leaves when it is on the disk, or cannot be.
+void CameraLane::publish_saved() {
+  const std::optional<MapSaver::State> saved = mapper_.saved();
+  while (!unsaved_.empty() && (!saved || unsaved_.front().seq <= saved->seq)) {
+    const map_part_t update = std::move(unsaved_.front());
+    unsaved_.pop_front();
+    maps_.publish(update, channel_name(camera_, ChannelKind::kMap));
+    parts_wait_ = true;
+  }
+  saves_ = !unsaved_.empty();
+  if (saved && board_.note_saved(*saved)) tell_changes();
 }
 
 std::optional<CameraLane::Clock::time_point> CameraLane::send_parts() {
@@ -242,7 +273,7 @@ void CameraLane::send(ChannelKind kind, const std::vector<std::uint8_t>& bytes) 
 
 bool CameraLane::wait_until_idle(Clock::time_point deadline) {
   while (inbox_.wait_until_idle(deadline) && Clock::now() < deadline) {
-    if (!parts_wait_ && !maps_beside_) return true;
+    if (!parts_wait_ && !maps_beside_ && !saves_) return true;
     std::this_thread::sleep_for(milliseconds(1));
   }
   return false;

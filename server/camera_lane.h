@@ -9,6 +9,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -76,7 +77,9 @@ class CameraLane {
   void take_map_request(const Received& message);
   void take_frame(const Received& message);
   CameraMapper::Mapped map_frame(const Received& message);
+  void resume();
   void publish_map(const MapUpdate& update, std::int64_t time_us);
+  void publish_saved();
   void adopt_keyframe(bool wait);
   void tell_changes();
   status_t publish_status(bool new_period);
@@ -92,11 +95,12 @@ class CameraLane {
   PartCollector parts_;
   CameraMapper mapper_;
   MapPublisher maps_;
+  std::deque<map_part_t> unsaved_;  // updates that wait until what they acknowledge is on the disk
   StatusBoard board_;
   std::int64_t last_time_us_ = 0;  // of the frame mapped last
   std::pair<TrackingState, Reason> told_{};
   Clock::time_point next_status_, next_reason_;
-  std::atomic<bool> parts_wait_ = false, maps_beside_ = false, stopping_ = false;
+  std::atomic<bool> parts_wait_ = false, maps_beside_ = false, saves_ = false, stopping_ = false;
   std::thread thread_;
 };
 

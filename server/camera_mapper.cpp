@@ -1,7 +1,6 @@
 #include "server/camera_mapper.h"
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -122,12 +121,11 @@ void CameraMapper::change_calibration(const std::string& camera) {
 
 void CameraMapper::begin_map(const std::string& camera, const Camera& calibration) {
   camera_ = camera;
-  map_id_offset_ = largest_map_id_;
-  if (largest_map_id_ > 0) epoch_offset_ = largest_epoch_ + 1;
   record_ = {};
   timer_ = {};
   if (keyframes_) keyframes_->discard();
   mapper_.emplace(calibration, config_.mapper);
+  mapper_->restore(stored_maps(calibration));
   if (keyframes_) mapper_->set_keyframe_runner(&*keyframes_, true);
   mapper_->set_step_observer([this](std::string_view step, bool begins) {
     timer_.observe(step, begins);
@@ -233,8 +231,6 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
     return;
   }
   if (mapped.result.map_id > 0) {
-    mapped.result.map_id += map_id_offset_;
-    mapped.result.map_epoch += epoch_offset_;
     mapped.result.map_seq = map_seq_;
     note_published(mapped.result.map_id, mapped.result.map_epoch);
   }
@@ -242,20 +238,12 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
 
 // What is refused now is counted by the mapper.
 void CameraMapper::give_measurements() {
-  constexpr std::int64_t kNoMap = std::numeric_limits<std::int64_t>::max();
-  for (AbsoluteMeasurement& measurement : measurements_.give(camera_)) {
-    // Of a map of the mapper before: that has no landmarks any more.
-    if (measurement.map_id != 0)
-      measurement.map_id =
-          measurement.map_id > map_id_offset_ ? measurement.map_id - map_id_offset_ : kNoMap;
+  for (const AbsoluteMeasurement& measurement : measurements_.give(camera_))
     if (mapper_->add_measurement(measurement) == Reason::kNone) record_.add(measurement);
-  }
 }
 
 MapUpdate CameraMapper::next_update() {
   MapUpdate update = mapper_->map_update();
-  update.map_id += map_id_offset_;
-  update.map_epoch += epoch_offset_;
   update.seq = ++map_seq_;
   if (update.base_seq != -1) update.base_seq = update.seq - 1;
   map_epoch_ = update.map_epoch;

@@ -15,6 +15,7 @@
 #include "mapper.h"
 #include "server/config.h"
 #include "server/keyframe_worker.h"
+#include "server/map_saver.h"
 #include "server/measurement_intake.h"
 #include "server/run_record.h"
 #include "server/step_timer.h"
@@ -50,6 +51,21 @@ class CameraMapper {
   // Where a keyframe is seen from another one of the map in use; kKeyframeUnknown where one is not
   // in it. Who sends it adds time and origin.
   RelativeAnswer answer(const RelativeRequest& request) const;
+
+  // Of a camera whose maps are kept on the disk: once its calibration is known, and before its
+  // first frame, the maps that there are. The whole of the one in use, to be published; nothing
+  // where there is none, or it has begun.
+  struct Resumed {
+    std::optional<MapUpdate> update;
+    std::vector<Taken> refused;  // files that are left as they are, and why
+  };
+  Resumed resume();
+  // After an update has been published, or is about to: saves the maps as they are, in another
+  // thread. Then, what has been dealt with, by the update's number; nothing where no folder is
+  // given.
+  void save_maps();
+  std::optional<MapSaver::State> saved() const;
+  void wait_until_saved();
 
   struct Mapped {
     FrameResult result;               // rejected, with the reason, when it never reached the map
@@ -99,6 +115,7 @@ class CameraMapper {
   MapUpdate next_update();
   void note_published(std::int64_t map_id, std::int64_t epoch);
   void begin_map(const std::string& camera, const Camera& calibration);
+  MapperSnapshot stored_maps(const Camera& calibration);
   void note_arrival(std::int64_t publisher, std::int64_t seq, std::int64_t time_us);
   void guess_calibration(const Channel& channel, Bytes bytes);
 
@@ -109,10 +126,10 @@ class CameraMapper {
   std::string camera_;
   std::optional<KeyframeWorker> keyframes_;  // none: the mapper does it at once
   std::optional<Mapper> mapper_;
-  // A mapper counts its maps from 1, and how often what it publishes becomes another from 0; what
-  // is published goes on counting from the mapper before.
-  std::int64_t map_id_offset_ = 0, epoch_offset_ = 0;
-  std::int64_t largest_map_id_ = 0, largest_epoch_ = 0;  // published so far
+  std::optional<MapSaver> saver_;
+  std::string saver_problem_;  // why there is none, although a folder is given
+  std::vector<Taken> refused_files_;
+  std::int64_t largest_map_id_ = 0, largest_epoch_ = -1;  // published so far
   // Published last. Updates are numbered through all maps.
   std::int64_t map_id_ = 0, map_epoch_ = 0, map_seq_ = 0;
   std::set<std::string> guessed_;  // cameras whose calibration in use is a guess

@@ -47,6 +47,9 @@ struct ServerConfig {
   // for the map; -1: as soon as it is done, when live and with newest input, which the decisions
   // record, else at once.
   int handover_frames = -1;
+  // Where maps are kept, a folder for each camera: after a restart, or a crash, mapping goes on
+  // with what was published. "": nowhere.
+  std::string maps_folder;
   FeatureOptions features;
   MapperOptions mapper;
 

@@ -208,6 +208,7 @@ void visit_fields(O& o, auto&& visit) {
 template <OptionsOf<MapperOptions> O>
 void visit_fields(O& o, auto&& visit) {
   visit("map_sign", o.map_sign);
+  visit("localize_only", o.localize_only);
   visit("sigma_factor", o.sigma_factor);
   visit("max_sigma_growth", o.max_sigma_growth);
   visit("match", o.match);
@@ -241,6 +242,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("calibration", o.calibration);
   visit("hfov_deg", o.hfov_deg);
   visit("handover_frames", o.handover_frames);
+  visit("maps_folder", o.maps_folder);
   visit("features", o.features);
   visit("mapper", o.mapper);
 }

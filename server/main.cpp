@@ -31,7 +31,8 @@ constexpr const char* kLive = "Live, over LCM";
 constexpr const char* kRecorded = "Recorded, without a network";
 
 struct Options {
-  std::string config_file, lcm_url, camera, input;
+  std::string config_file, lcm_url, camera, input, maps_folder;
+  bool localize_only = false;
   bool print_config = false, paper = false;
   SequenceRunOptions sequence;
 };
@@ -56,6 +57,8 @@ ServerConfig effective_config(const Options& options) {
   ServerConfig& config = parsed.config;
   if (!options.lcm_url.empty()) config.lcm_url = options.lcm_url;
   if (!options.camera.empty()) config.camera = options.camera;
+  if (!options.maps_folder.empty()) config.maps_folder = options.maps_folder;
+  if (options.localize_only) config.mapper.localize_only = true;
   if (!options.input.empty())
     config.input = options.input == "lossless" ? InputMode::kLossless : InputMode::kNewest;
   const auto& calibration_file = options.sequence.images.calibration;
@@ -166,11 +169,16 @@ void add_options(CLI::App& app, Options& options) {
       "the published method to the letter (Wang & Dissanayake 2010); the configuration file "
       "still changes it");
   add_calibration_options(app, sequence.images);
+  app.add_flag("--localize-only", options.localize_only,
+               "track in maps that were made before, and change nothing of them");
   app.add_option("--output", sequence.output, "folder for trajectories, map and report");
 
   app.add_option("--lcm-url", options.lcm_url, "network to listen and publish on")->group(kLive);
   app.add_option("--camera", options.camera,
                  "the only camera to map; default: every one that is heard, up to max_cameras")
+      ->group(kLive);
+  app.add_option("--maps", options.maps_folder,
+                 "folder where maps are kept: after a restart mapping goes on with them")
       ->group(kLive);
   app.add_option("--input", options.input, "newest: keep up; lossless: take every frame")
       ->check(one_of(std::vector<std::string>{"newest", "lossless"}))
@@ -186,6 +194,14 @@ void add_options(CLI::App& app, Options& options) {
       ->group(kRecorded);
   app.add_option("--every", sequence.every, "take every n-th image")
       ->check(number_in(1))
+      ->group(kRecorded);
+  app.add_option("--first-frame", sequence.first_frame, "image to begin with, from 0")
+      ->check(number_in(0))
+      ->group(kRecorded);
+  app.add_option("--load-map", sequence.load_map,
+                 "map to begin with: a file of --save-map or --maps")
+      ->group(kRecorded);
+  app.add_option("--save-map", sequence.save_map, "file for the map that there is in the end")
       ->group(kRecorded);
   app.add_option("--max-frames", sequence.max_frames, "stop after so many of them; 0: all")
       ->check(number_in(0))

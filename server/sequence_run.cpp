@@ -12,6 +12,7 @@
 #include "server/jitter.h"
 #include "server/replay.h"
 #include "server/run_record.h"
+#include "storage/map_file.h"
 
 namespace eifmap {
 namespace {
@@ -29,8 +30,30 @@ FrameResult refused(std::int64_t time_us, std::int64_t seq, Reason reason, std::
 // Of `size` images; < 0 for unknown.
 int images_taken(int size, const SequenceRunOptions& options) {
   if (size == ImageSource::kNoEnd) return -1;
+  size = std::max(0, size - options.first_frame);
   const int taken = size / options.every + (size % options.every > 0 ? 1 : 0);
   return options.max_frames > 0 ? std::min(taken, options.max_frames) : taken;
+}
+
+// "" or why the mapper cannot begin with this map.
+std::string begin_with(const std::filesystem::path& file, const Camera& camera,
+                       const MapperOptions& options, Mapper& mapper) {
+  LoadedMap loaded = load_map(file, options, &camera);
+  if (!loaded.ok())
+    return file.string() + ": " + describe(loaded.reason).text + ": " + loaded.detail + "; " +
+           describe(loaded.reason).hint;
+  MapperSnapshot snapshot;
+  snapshot.last_map_id = std::max(loaded.head.names.last_map_id, loaded.snapshot.map_id);
+  snapshot.in_use = std::move(loaded.snapshot);
+  mapper.restore(snapshot);
+  return "";
+}
+
+std::string leave_map(const std::filesystem::path& file, const Camera& camera,
+                      const Mapper& mapper) {
+  const MapperSnapshot snapshot = mapper.snapshot();
+  if (!snapshot.in_use) return "no map was made, so none is written to " + file.string();
+  return MapFile(file).save(*snapshot.in_use, {camera, 0, snapshot.last_map_id, {}});
 }
 
 }  // namespace
@@ -38,6 +61,7 @@ int images_taken(int size, const SequenceRunOptions& options) {
 std::string run_sequence(const SequenceRunOptions& options, const Progress& progress,
                          const Note& note) {
   if (options.every < 1) throw std::invalid_argument("every: must be at least 1");
+  if (options.first_frame < 0) throw std::invalid_argument("first_frame: must be at least 0");
   if (options.max_frames < 0) throw std::invalid_argument("max_frames: must be at least 0");
   const OpenedSource opened = open_source(options.sequence, options.images);
   if (!opened.source) return opened.problem;
@@ -65,6 +89,11 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   std::optional<KeyframeWorker> keyframes;
   if (handover.is_beside()) keyframes.emplace(handover);
   Mapper mapper(sequence.camera(), options.mapper);
+  if (!options.load_map.empty())
+    if (std::string problem =
+            begin_with(options.load_map, sequence.camera(), options.mapper, mapper);
+        !problem.empty())
+      return problem;
   if (keyframes) mapper.set_keyframe_runner(&*keyframes, false);
   mapper.set_step_observer(
       [&](std::string_view step, bool begins) { timer.observe(step, begins); });
@@ -107,7 +136,7 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   std::string refusal;  // of the first image, while none has been taken
   bool taken = false, stopped = false;
   for (int n = 0; options.max_frames == 0 || n < options.max_frames; ++n) {
-    const std::int64_t i = std::int64_t{n} * options.every;
+    const std::int64_t i = options.first_frame + std::int64_t{n} * options.every;
     if (i > std::numeric_limits<int>::max() || !sequence.has(static_cast<int>(i))) break;
     if (!progress(n, total < 0 ? total : std::max(n, total))) {
       stopped = true;
@@ -127,6 +156,8 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   mapper.settle();
   progress(record.frames(), stopped ? total : record.frames());
   std::string problem = record.write(options.output, mapper, timer, options.sequence);
+  if (problem.empty() && !options.save_map.empty())
+    problem = leave_map(options.save_map, sequence.camera(), mapper);
   if (problem.empty() && !taken && record.frames() > 0)
     problem =
         "none of the " + std::to_string(record.frames()) + " images could be used: " + refusal;

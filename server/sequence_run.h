@@ -17,6 +17,7 @@ struct SequenceRunOptions {
   std::string sequence;  // open_source(); no live camera
   std::filesystem::path output;
   int every = 1;           // take every n-th image
+  int first_frame = 0;     // image to begin with
   int max_frames = 0;      // of those taken; 0: all
   double jitter_px = 0;    // noise added to the keypoints
   std::uint64_t seed = 1;  // of the noise
@@ -27,6 +28,8 @@ struct SequenceRunOptions {
   std::filesystem::path decisions = {};
   // Absolute measurements (sequence/measurements_file.h); with `decisions`, those of that run.
   std::filesystem::path measurements = {};
+  // A map (storage/map_file.h) to begin with, and where to leave the one there is in the end.
+  std::filesystem::path load_map = {}, save_map = {};
   SequenceOptions images = {};  // what is added to the images
 };
 

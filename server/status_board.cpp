@@ -160,6 +160,20 @@ void StatusBoard::note_fault(const std::string& detail) {
   note_reason(Reason::kInternalError, detail);
 }
 
+void StatusBoard::note_resumed(std::int64_t map_id, const MapperStatistics& statistics) {
+  last_.map_id = map_id;
+  resumed_ = "goes on with map " + std::to_string(map_id) + ", " +
+             std::to_string(statistics.keyframes) + " keyframes and " +
+             std::to_string(statistics.landmarks) + " landmarks, once an image shows where it is";
+}
+
+bool StatusBoard::note_saved(const MapSaver::State& saved) {
+  const bool is_news = saved_ ? saved_->is_safe != saved.is_safe : !saved.is_safe;
+  saved_ = saved;
+  if (is_news && !saved.is_safe) note_reason(Reason::kMapNotSaved, saved.problem);
+  return is_news;
+}
+
 void StatusBoard::note_parts_left(std::int64_t parts) {
   parts_left_ += parts;
 }
@@ -201,6 +215,9 @@ void StatusBoard::describe_state(status_t& status, const std::string& camera) co
   } else if (last_.state == TrackingState::kTracking) {
     status.message = std::to_string(last_.num_inliers) + " of " +
                      std::to_string(last_.num_matches) + " map features agree with the pose";
+  } else if (processed_ == 0 && !resumed_.empty()) {
+    status.message = resumed_;
+    status.hint = "show the camera what is mapped";
   } else if (processed_ == 0) {
     const std::string name = camera.empty() ? "<camera>" : camera;
     status.message = "no frame has arrived yet";
@@ -262,6 +279,11 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   for (const auto& [reason, count] : statistics.submaps.refused)
     status.diagnostics.push_back(
         diagnostic("submaps.refused." + std::string(eifmap::describe(reason).name), count));
+  status.map_is_safe = saved_ && saved_->is_safe;
+  if (saved_) {
+    status.diagnostics.push_back(diagnostic("maps.saved", saved_->saved));
+    status.diagnostics.push_back(diagnostic("maps.not_saved", saved_->failures));
+  }
   status.diagnostics.push_back(diagnostic("moving.now", std::int64_t{last_.num_moving}));
   status.diagnostics.push_back(diagnostic("moving.most", statistics.most_moving));
   status.diagnostics.push_back(diagnostic("moving.frames", statistics.frames_with_moving));

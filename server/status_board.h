@@ -5,12 +5,14 @@
 #include <chrono>
 #include <cstdint>
 #include <eifmap/status_t.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "convert/feature_parts.h"
 #include "map_view.h"
 #include "server/map_publisher.h"
+#include "server/map_saver.h"
 #include "server/measurement_intake.h"
 #include "server/stream_book.h"
 
@@ -31,6 +33,10 @@ class StatusBoard {
   void note_fault(const std::string& detail);
   void note_new_map();  // the mapper begins again
   void note_stopping() { stopping_ = true; }
+  // Mapping goes on with a map of before.
+  void note_resumed(std::int64_t map_id, const MapperStatistics& statistics);
+  // What of the maps is on the disk: true when that is another word than before.
+  bool note_saved(const MapSaver::State& saved);
   void note_part_sent() { ++parts_sent_; }
   // What of the map was not sent in time, at the end.
   void note_parts_left(std::int64_t parts);
@@ -68,6 +74,8 @@ class StatusBoard {
   std::int64_t period_received_ = 0, period_processed_ = 0;
   float input_hz_ = 0, pose_hz_ = 0;
   bool stopping_ = false;
+  std::optional<MapSaver::State> saved_;  // none: maps are not kept on the disk
+  std::string resumed_;                   // with which map, until a frame comes
 };
 
 }  // namespace eifmap

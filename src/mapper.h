@@ -73,6 +73,11 @@ class Mapper {
   // Nothing before absolute positions have told where the map is.
   std::optional<EarthView> in_earth() const;
 
+  // Tracks in the maps that there are, and makes nothing of what it sees: no keyframe, no new map,
+  // and the maps stay as they are to the bit. MapperOptions says what it begins with.
+  void localize_only(bool only);
+  bool localizes_only() const;
+
   // For a map that outlives its process (storage/): what there is now; and a mapper that has had no
   // frame yet goes on from there, lost until an image shows where the camera is. What was tracked
   // since the last keyframe, and what was only counted, is not in it. restore() throws

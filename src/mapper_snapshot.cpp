@@ -64,6 +64,14 @@ void Mapper::restore(const MapperSnapshot& snapshot) {
   state.count_map();
 }
 
+void Mapper::localize_only(bool only) {
+  state_->localize_only = only;
+}
+
+bool Mapper::localizes_only() const {
+  return state_->localize_only;
+}
+
 // The first frame of a mapper whose maps were made before it.
 void Mapper::State::begin_where_it_was(std::int64_t time_us) {
   lost_since_us = time_us;

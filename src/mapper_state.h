@@ -48,6 +48,7 @@ struct Mapper::State {
         calibration(c, o),
         desk(o.measurement),
         kept(o.lost.max_kept_maps),
+        localize_only(o.localize_only),
         map_sign(sign_to_start_with(o.map_sign)) {}
 
   Camera camera;
@@ -60,6 +61,7 @@ struct Mapper::State {
   MeasurementCounts measured_before;  // in maps that were given up
   std::optional<LiveMap> live;
   KeptMaps kept;
+  bool localize_only;
   std::optional<FinishedMap> finished;       // the largest of those given up
   std::int64_t map_id = 0, last_map_id = 0;  // of the map in use, of the one started last
   std::int64_t first_epoch = 0;              // of the first map

@@ -27,6 +27,11 @@ PlacedFrame placed_frame(const Map& map, const Tracking& tracking, const FrameRe
 
 // [WD10] IV: the first images.
 void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
+  if (localize_only) {
+    result.reason = Reason::kNotRelocalized;
+    result.detail = "there is no map, and none is to be made";
+    return;
+  }
   const Step step(observer, "start");
   const std::int64_t time_us = observed.frame.time_us;
   StartStep begun = start.add(std::move(observed));
@@ -159,7 +164,8 @@ void Mapper::State::find_again(ObservedFrame observed, FrameResult& result) {
   if (find_in_kept(observed, result)) return;
   result.state = TrackingState::kLost;
   const double lost_s = 1e-6 * static_cast<double>(observed.frame.time_us - *lost_since_us);
-  if (lost_s >= options.lost.new_map_after_s && !seen_in) start_map(std::move(observed), result);
+  if (!localize_only && lost_s >= options.lost.new_map_after_s && !seen_in)
+    start_map(std::move(observed), result);
   if (result.state != TrackingState::kLost) return;
   if (!result.detail.empty()) tracking.detail += "; a new map waits: " + result.detail;
   result.reason = tracking.reason;
@@ -190,8 +196,8 @@ void Mapper::State::accept(ObservedFrame observed, const Tracking& tracking, Fra
   const Usual usual{most_tracked, live->history.is_odd_step(step_px)};
   live->history.add(step_px);
   live->sight_counts.add(map, tracking);
-  const bool as_keyframe =
-      !job_runs && wants_keyframe(map, tracking, usual, options) && takes_keyframes();
+  const bool as_keyframe = !localize_only && !job_runs &&
+                           wants_keyframe(map, tracking, usual, options) && takes_keyframes();
   if (as_keyframe && !runner) return add_keyframe(shared, tracking, result);
   add_frame(*shared, tracking, result);
   if (as_keyframe) {

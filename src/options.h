@@ -199,6 +199,8 @@ enum class MapSignChoice {
 
 struct MapperOptions {
   MapSignChoice map_sign = MapSignChoice::kMinus;
+  // Tracks in maps that were made before, and makes nothing of what it sees.
+  bool localize_only = false;
   // A keypoint's own sigma is that of its place in one image. Seen from elsewhere a blob looks
   // different: measured on real pairs, matches that fit the epipolar geometry scatter by twice
   // that.

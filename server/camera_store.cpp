@@ -1,0 +1,62 @@
+// A camera's maps on the disk: CameraMapper's part of it.
+#include <algorithm>
+#include <utility>
+
+#include "server/camera_mapper.h"
+
+namespace eifmap {
+
+// What a mapper of this calibration begins with. Ids go on after all that were published or saved.
+MapperSnapshot CameraMapper::stored_maps(const Camera& calibration) {
+  MapperSnapshot begin;
+  if (!config_.maps_folder.empty() && !saver_ && saver_problem_.empty()) {
+    saver_.emplace(std::filesystem::path(config_.maps_folder) / camera_);
+    saver_problem_ = saver_->open();
+    if (!saver_problem_.empty()) saver_.reset();
+  }
+  if (saver_) {
+    saver_->wait_until_idle();
+    MapStore::Loaded loaded = saver_->load(calibration, config_.mapper);
+    for (const MapStore::Refused& file : loaded.refused)
+      refused_files_.push_back({file.reason, file.file.string() + ": " + file.detail});
+    map_seq_ = std::max(map_seq_, loaded.seq);
+    begin = std::move(loaded.snapshot);
+  }
+  begin.last_map_id = std::max(begin.last_map_id, largest_map_id_);
+  begin.next_epoch = largest_epoch_ + 1;
+  if (begin.in_use) begin.in_use->epoch = std::max(begin.in_use->epoch, begin.next_epoch);
+  return begin;
+}
+
+CameraMapper::Resumed CameraMapper::resume() {
+  Resumed resumed;
+  if (config_.maps_folder.empty() || mapper_ || camera_.empty()) return resumed;
+  const Camera* calibration = calibration_of(camera_);
+  if (!calibration) return resumed;
+  begin_map(camera_, *calibration);
+  resumed.refused = std::exchange(refused_files_, {});
+  if (!saver_problem_.empty()) resumed.refused.push_back({Reason::kMapNotSaved, saver_problem_});
+  if (mapper_->statistics().keyframes > 0) resumed.update = next_update();
+  return resumed;
+}
+
+void CameraMapper::save_maps() {
+  if (saver_ && mapper_ && !mapper_->localizes_only())
+    saver_->save(mapper_->snapshot(), *calibration_of(camera_), map_seq_);
+}
+
+std::optional<MapSaver::State> CameraMapper::saved() const {
+  if (config_.maps_folder.empty() || !mapper_) return std::nullopt;
+  if (saver_) return saver_->state();
+  MapSaver::State state;
+  state.seq = map_seq_;
+  state.is_safe = false;
+  state.problem = saver_problem_;
+  return state;
+}
+
+void CameraMapper::wait_until_saved() {
+  if (saver_) saver_->wait_until_idle();
+}
+
+}  // namespace eifmap
