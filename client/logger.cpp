@@ -90,6 +90,7 @@ Json json_of(const status_t& status) {
   json["map_epoch"] = status.map_epoch;
   json["map_seq"] = status.map_seq;
   json["map_digest"] = status.map_digest;
+  json["map_is_safe"] = status.map_is_safe != 0;
   add_scale(json, read_scale(status));
   add_earth(json, read_earth(status));
   json["frames_received"] = status.frames_received;

@@ -223,7 +223,9 @@ void CameraLane::publish_saved() {
     parts_wait_ = true;
   }
   saves_ = !unsaved_.empty();
-  if (saved && board_.note_saved(*saved)) tell_changes();
+  if (!saved || !board_.note_saved(*saved)) return;
+  const status_t status = publish_status(false);
+  if (on_change_) on_change_(status);
 }
 
 std::optional<CameraLane::Clock::time_point> CameraLane::send_parts() {

@@ -47,10 +47,10 @@ void CameraMapper::save_maps() {
 
 std::optional<MapSaver::State> CameraMapper::saved() const {
   if (config_.maps_folder.empty() || !mapper_) return std::nullopt;
-  if (saver_) return saver_->state();
+  if (saver_ && !mapper_->localizes_only()) return saver_->state();
   MapSaver::State state;
   state.seq = map_seq_;
-  state.is_safe = false;
+  state.is_safe = saver_.has_value();  // as it was loaded
   state.problem = saver_problem_;
   return state;
 }

@@ -15,6 +15,7 @@
 #include "program/command_line.h"
 #include "program/progress_bar.h"
 #include "sequence/camera_file.h"
+#include "server/check_map.h"
 #include "server/mapping_server.h"
 #include "server/run_record.h"
 #include "server/sequence_run.h"
@@ -32,7 +33,8 @@ constexpr const char* kRecorded = "Recorded, without a network";
 
 struct Options {
   std::string config_file, lcm_url, camera, input, maps_folder;
-  bool localize_only = false;
+  std::filesystem::path check_map;
+  bool localize_only = false, repair = false;
   bool print_config = false, paper = false;
   SequenceRunOptions sequence;
 };
@@ -141,8 +143,15 @@ int run_live(const ServerConfig& config, const std::filesystem::path& output,
   return healthy && problem.empty() ? 0 : kFailed;
 }
 
+int run_check(const std::filesystem::path& file, bool repair) {
+  const MapCheck check = check_map(file, repair);
+  std::cout << check.said << '\n';
+  return check.ok ? 0 : kFailed;
+}
+
 int run(const Options& options, StopSignals& signals) {
   try {
+    if (!options.check_map.empty()) return run_check(options.check_map, options.repair);
     const ServerConfig config = effective_config(options);
     if (options.print_config) {
       std::cout << config_text(config) << '\n';
@@ -171,6 +180,10 @@ void add_options(CLI::App& app, Options& options) {
   add_calibration_options(app, sequence.images);
   app.add_flag("--localize-only", options.localize_only,
                "track in maps that were made before, and change nothing of them");
+  CLI::Option* check = app.add_option("--check-map", options.check_map,
+                                      "say what of a map's file is whole, and stop");
+  app.add_flag("--repair", options.repair, "cut it to what is whole, and keep a copy of all of it")
+      ->needs(check);
   app.add_option("--output", sequence.output, "folder for trajectories, map and report");
 
   app.add_option("--lcm-url", options.lcm_url, "network to listen and publish on")->group(kLive);
@@ -222,7 +235,8 @@ void add_options(CLI::App& app, Options& options) {
 std::string mixed_options(const CLI::App& app) {
   const bool recorded = app.get_option("--sequence")->count() > 0;
   if (app.get_option("--decisions")->count() > 0)
-    for (const char* option : {"--every", "--max-frames", "--jitter-px"})
+    for (const char* option :
+         {"--every", "--first-frame", "--max-frames", "--jitter-px", "--load-map"})
       if (app.get_option(option)->count() > 0)
         return std::string(option) + " is of another run than the one in --decisions: leave it out";
   for (const CLI::Option* option : app.get_options()) {

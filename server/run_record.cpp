@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <unordered_set>
 
 #include "names.h"
 #include "sequence/decisions_file.h"
@@ -142,6 +143,14 @@ double peak_rss_mib() {
   return static_cast<double>(usage().ru_maxrss) / 1024;
 }
 
+// A map that was there before has frames of before.
+std::int64_t RunRecord::num_of_this_run(const std::vector<TimedPose>& trajectory) const {
+  std::unordered_set<std::int64_t> times;
+  for (const Decision& decision : decisions_) times.insert(decision.time_us);
+  return std::count_if(trajectory.begin(), trajectory.end(),
+                       [&times](const TimedPose& p) { return times.contains(p.time_us); });
+}
+
 void RunRecord::add(const FrameResult& result) {
   ++frames_;
   if (!result.rejected) decisions_.push_back(decision_of(result));
@@ -165,7 +174,7 @@ std::string RunRecord::write(const std::filesystem::path& folder, const Mapper& 
   report["source"] = source;
   report["frames"] = frames_;
   report["tracked"] = path_.size();
-  report["coverage"] = per_frame(static_cast<double>(final_trajectory.size()));
+  report["coverage"] = per_frame(static_cast<double>(num_of_this_run(final_trajectory)));
   report["keyframes"] = statistics.keyframes;
   report["sigma_factor"] = statistics.sigma_factor;
   report["landmarks"] = statistics.landmarks;

@@ -35,6 +35,8 @@ class RunRecord {
   int frames() const { return frames_; }
 
  private:
+  std::int64_t num_of_this_run(const std::vector<TimedPose>& trajectory) const;
+
   int frames_ = 0;  // offered, rejected ones too
   int rolls_unseen_ = 0;
   std::map<Reason, std::int64_t> rejected_;

@@ -170,7 +170,6 @@ void StatusBoard::note_resumed(std::int64_t map_id, const MapperStatistics& stat
 bool StatusBoard::note_saved(const MapSaver::State& saved) {
   const bool is_news = saved_ ? saved_->is_safe != saved.is_safe : !saved.is_safe;
   saved_ = saved;
-  if (is_news && !saved.is_safe) note_reason(Reason::kMapNotSaved, saved.problem);
   return is_news;
 }
 
@@ -208,6 +207,12 @@ void StatusBoard::describe_state(status_t& status, const std::string& camera) co
     if (parts_left_ > 0)
       status.message += "; " + std::to_string(parts_left_) +
                         " parts of the map could not be sent in time: it is not whole";
+  } else if (saved_ && !saved_->is_safe && last_.state != TrackingState::kLost) {
+    const ReasonText& text = describe(Reason::kMapNotSaved);
+    status.level = status_t::LEVEL_ERROR;
+    status.reason = static_cast<std::int16_t>(Reason::kMapNotSaved);
+    status.message = std::string(text.text) + ": " + saved_->problem;
+    status.hint = text.hint;
   } else if (last_.reason != Reason::kNone) {
     const ReasonText& text = describe(last_.reason);
     status.message = text.text + (last_.detail.empty() ? "" : ": " + last_.detail);

@@ -14,7 +14,7 @@ void scan_pose(LayoutScanner& in) {
 void scan_status(LayoutScanner& in) {
   in.skip(2 * 8);  // utime, start_utime
   for (const char* name : {"name", "version", "host", "camera"}) in.string(name, kMaxText);
-  in.skip(4 + 5 * 8);             // pid; epochs and map
+  in.skip(4 + 5 * 8 + 1);         // pid; epochs and map; map_is_safe
   in.skip(1 + 2 * 8);             // scale
   in.skip(1 + (3 + 4 + 36) * 8);  // earth
   in.skip(1 + 1 + 2);             // state, level, reason

@@ -7,8 +7,9 @@
 #include <set>
 
 #include "map/audit.h"
+#include "sequence/temporary_folder.h"
 #include "storage/mapped_walk.h"
-#include "storage/temporary_folder.h"
+#include "support/file_bytes.h"
 #include "support/random.h"
 
 namespace eifmap::test {
@@ -67,9 +68,9 @@ void expect_same_covariances(const Map& saved, const Map& loaded) {
 }
 
 LoadedMap saved_and_loaded(const Mapper& mapper, const TemporaryFolder& folder) {
-  MapFile file(folder / "map");
+  MapFile file(folder.path() / "map");
   EXPECT_EQ(file.save(*mapper.snapshot().in_use, names(5)), "");
-  return load_map(folder / "map", {});
+  return load_map(folder.path() / "map", {});
 }
 
 TEST(MapFile, GivesBackTheMap) {
@@ -163,13 +164,13 @@ struct Journal {
 
   explicit Journal(bool measured) {
     Mapper mapper(synthetic_camera(), {});
-    MapFile file(folder / "map");
+    MapFile file(folder.path() / "map");
     walk(mapper, 0, 45, measured, [&](const MapperSnapshot& snapshot) {
       EXPECT_EQ(file.save(*snapshot.in_use, names(1)), "");
       digests.push_back(digest_of(*snapshot.in_use));
       sizes.push_back(file.size());
     });
-    bytes = read_bytes(folder / "map");
+    bytes = read_bytes(folder.path() / "map");
   }
   bool knows(const LoadedMap& loaded) const {
     return std::find(digests.begin(), digests.end(), digest_of(loaded.snapshot)) != digests.end();
@@ -184,7 +185,7 @@ TEST(MapFile, GrowsByWhatHasChanged) {
   EXPECT_EQ(loaded.records, journal.digests.size());
   EXPECT_EQ(digest_of(loaded.snapshot), journal.digests.back());
   // Not by far as if all of it were written each time.
-  MapFile anew(journal.folder / "anew");
+  MapFile anew(journal.folder.path() / "anew");
   ASSERT_EQ(anew.save(loaded.snapshot, names(1)), "");
   EXPECT_LT(journal.bytes.size(), 4 * anew.size());
 }
@@ -268,13 +269,13 @@ TEST(MapFile, OfAnotherCalibrationIsRefused) {
   const TemporaryFolder folder;
   Mapper mapper(synthetic_camera(), {});
   walk(mapper, 0, 45);
-  MapFile file(folder / "map");
+  MapFile file(folder.path() / "map");
   ASSERT_EQ(file.save(*mapper.snapshot().in_use, names(1)), "");
   Camera other = synthetic_camera();
   other.fx += 1;
-  EXPECT_EQ(load_map(folder / "map", {}, &other).reason, Reason::kMapFileOther);
+  EXPECT_EQ(load_map(folder.path() / "map", {}, &other).reason, Reason::kMapFileOther);
   const Camera same = synthetic_camera();
-  EXPECT_TRUE(load_map(folder / "map", {}, &same).ok());
+  EXPECT_TRUE(load_map(folder.path() / "map", {}, &same).ok());
 }
 
 }  // namespace

@@ -3,8 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "sequence/temporary_folder.h"
 #include "storage/mapped_walk.h"
-#include "storage/temporary_folder.h"
+#include "support/file_bytes.h"
 
 namespace eifmap::test {
 namespace {
@@ -30,7 +31,7 @@ MapStore::Loaded loaded(const std::filesystem::path& folder, const Camera& camer
 
 TEST(MapStore, BeginsEmpty) {
   const TemporaryFolder folder;
-  const MapStore::Loaded nothing = loaded(folder / "made");
+  const MapStore::Loaded nothing = loaded(folder.path() / "made");
   EXPECT_FALSE(nothing.snapshot.in_use);
   EXPECT_EQ(nothing.snapshot.last_map_id, 0);
 }
@@ -59,7 +60,7 @@ TEST(MapStore, AMapThatIsInAnotherIsGone) {
   const TemporaryFolder folder;
   MapSnapshot first = map_of(1, 1, 0);
   const MapSnapshot second = map_of(2, 2, 1);
-  const std::filesystem::path of_second = folder / "map-2.eifmap";
+  const std::filesystem::path of_second = folder.path() / "map-2.eifmap";
   std::vector<std::uint8_t> bytes;
   {
     MapStore store(folder.path());
@@ -89,7 +90,7 @@ TEST(MapStore, WhatIsDamagedIsLeftAndNothingIsThrownAway) {
     ASSERT_EQ(store.save({first, {}, 1}, kCamera, 1), "");
     ASSERT_EQ(store.save({second, {first}, 2}, kCamera, 2), "");
   }
-  const std::filesystem::path of_second = folder / "map-2.eifmap";
+  const std::filesystem::path of_second = folder.path() / "map-2.eifmap";
   std::vector<std::uint8_t> bytes = read_bytes(of_second);
   bytes[bytes.size() / 2] ^= 1;
   write_bytes(of_second, bytes);

@@ -6,7 +6,8 @@
 
 #include <csignal>
 
-#include "storage/temporary_folder.h"
+#include "sequence/temporary_folder.h"
+#include "support/file_bytes.h"
 #include "support/random.h"
 
 namespace eifmap::test {
@@ -25,7 +26,7 @@ constexpr int kRecords = 5;
 
 std::filesystem::path write(const TemporaryFolder& folder) {
   RecordWriter writer;
-  const std::filesystem::path file = folder / "records";
+  const std::filesystem::path file = folder.path() / "records";
   EXPECT_EQ(writer.replace(file, 77, record_of(0)), "");
   for (int r = 1; r < kRecords; ++r) EXPECT_EQ(writer.append(record_of(r)), "");
   EXPECT_EQ(writer.size(), std::filesystem::file_size(file));
@@ -84,7 +85,7 @@ TEST(RecordFile, ARecordOfAnotherFileIsNone) {
   const TemporaryFolder folder;
   const Record all = read_bytes(write(folder));
   RecordWriter writer;
-  const std::filesystem::path other = folder / "other";
+  const std::filesystem::path other = folder.path() / "other";
   ASSERT_EQ(writer.replace(other, 78, record_of(0)), "");
   Record mixed = read_bytes(other);
   mixed.insert(mixed.end(), all.begin() + static_cast<long>(mixed.size()), all.end());
@@ -95,7 +96,7 @@ TEST(RecordFile, ARecordOfAnotherFileIsNone) {
 
 TEST(RecordFile, SaysWhyItIsNone) {
   const TemporaryFolder folder;
-  EXPECT_EQ(scan_records(folder / "nothing").reason, Reason::kMapFileUnreadable);
+  EXPECT_EQ(scan_records(folder.path() / "nothing").reason, Reason::kMapFileUnreadable);
   EXPECT_EQ(scan_records(folder.path()).reason, Reason::kMapFileUnreadable);
   EXPECT_EQ(scan_records(Record(100, 'x')).reason, Reason::kMapFileUnknown);
   EXPECT_EQ(scan_records(Record{}).reason, Reason::kMapFileUnknown);
@@ -120,7 +121,7 @@ TEST(RecordFile, IsCutToWhatIsWhole) {
 TEST(RecordFile, ARecordThatDoesNotFitLeavesTheFileAsItWas) {
   const TemporaryFolder folder;
   RecordWriter writer;
-  const std::filesystem::path file = folder / "records";
+  const std::filesystem::path file = folder.path() / "records";
   ASSERT_EQ(writer.replace(file, 77, record_of(0)), "");
   const Record before = read_bytes(file);
   std::signal(SIGXFSZ, SIG_IGN);
