@@ -8,6 +8,7 @@
 #include "features/extractor.h"
 #include "geometry/camera.h"
 #include "options.h"
+#include "program/listen_at.h"
 #include "published/map_part.h"
 #include "server/inbox.h"
 #include "server/keyframe_worker.h"
@@ -46,11 +47,16 @@ struct ServerConfig {
   // for the map; -1: as soon as it is done, when live and with newest input, which the decisions
   // record, else at once.
   int handover_frames = -1;
+  // Figures for Prometheus, served at http://ADDRESS:PORT/metrics. 0: none.
+  int metrics_port = 0;
+  // IPv4, of this machine; whoever reaches it can read them.
+  std::string metrics_address = "127.0.0.1";
   FeatureOptions features;
   MapperOptions mapper;
 
   std::string problem() const;  // "" or which value is wrong and why
   std::size_t part_bytes() const;
+  ListenAt metrics_at() const;
   Handover live_handover() const;
   Handover recorded_handover() const;  // of recorded images
 };
