@@ -260,6 +260,8 @@ status_t CameraLane::publish_status(bool new_period) {
        counts.measurements_dropped, maps_.map().seq(), maps_.map().digest(), maps_.counts()},
       mapper_.streams(), mapper_.statistics(), now, new_period);
   send(ChannelKind::kStatus, encode(status));
+  const std::lock_guard lock(last_status_mutex_);
+  last_status_ = status;
   return status;
 }
 
@@ -279,6 +281,11 @@ bool CameraLane::wait_until_idle(Clock::time_point deadline) {
     std::this_thread::sleep_for(milliseconds(1));
   }
   return false;
+}
+
+status_t CameraLane::last_status() const {
+  const std::lock_guard lock(last_status_mutex_);
+  return last_status_;
 }
 
 void CameraLane::begin_stop() {

@@ -57,6 +57,7 @@ class CameraLane {
   void end();
 
   const std::string& camera() const { return camera_; }
+  status_t last_status() const;  // that was published; for any thread
 
   // After end(): whether there are any results. And them written; returns "" or what went wrong.
   bool has_results() const { return mapper_.has_results(); }
@@ -99,6 +100,8 @@ class CameraLane {
   StatusBoard board_;
   std::int64_t last_time_us_ = 0;  // of the frame mapped last
   std::pair<TrackingState, Reason> told_{};
+  mutable std::mutex last_status_mutex_;
+  status_t last_status_{};
   Clock::time_point next_status_, next_reason_;
   std::atomic<bool> parts_wait_ = false, maps_beside_ = false, saves_ = false, stopping_ = false;
   std::thread thread_;

@@ -229,9 +229,14 @@ std::string ServerConfig::problem() const {
     return "status_period_s: must be 0.01 to 60";
   if (calibration && !calibration->problem().empty())
     return "calibration: " + calibration->problem();
+  if (std::string found = form_problem(metrics_at()); !found.empty()) return found;
   if (const std::string found = features.problem(); !found.empty()) return "features." + found;
   if (const std::string found = mapper.problem(); !found.empty()) return "mapper." + found;
   return "";
+}
+
+ListenAt ServerConfig::metrics_at() const {
+  return {metrics_address, metrics_port, "metrics_address", "metrics_port"};
 }
 
 std::size_t ServerConfig::part_bytes() const {

@@ -243,6 +243,8 @@ void visit_fields(O& o, auto&& visit) {
   visit("hfov_deg", o.hfov_deg);
   visit("handover_frames", o.handover_frames);
   visit("maps_folder", o.maps_folder);
+  visit("metrics_port", o.metrics_port);
+  visit("metrics_address", o.metrics_address);
   visit("features", o.features);
   visit("mapper", o.mapper);
 }

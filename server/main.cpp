@@ -17,6 +17,8 @@
 #include "sequence/camera_file.h"
 #include "server/check_map.h"
 #include "server/mapping_server.h"
+#include "server/metrics_server.h"
+#include "server/metrics_text.h"
 #include "server/run_record.h"
 #include "server/sequence_run.h"
 
@@ -35,6 +37,7 @@ struct Options {
   std::string config_file, lcm_url, camera, input, maps_folder;
   std::filesystem::path check_map;
   bool localize_only = false, repair = false;
+  std::optional<int> metrics_port;
   bool print_config = false, paper = false;
   SequenceRunOptions sequence;
 };
@@ -61,6 +64,7 @@ ServerConfig effective_config(const Options& options) {
   if (!options.camera.empty()) config.camera = options.camera;
   if (!options.maps_folder.empty()) config.maps_folder = options.maps_folder;
   if (options.localize_only) config.mapper.localize_only = true;
+  if (options.metrics_port) config.metrics_port = *options.metrics_port;
   if (!options.input.empty())
     config.input = options.input == "lossless" ? InputMode::kLossless : InputMode::kNewest;
   const auto& calibration_file = options.sequence.images.calibration;
@@ -112,6 +116,18 @@ void log_change(const status_t& status) {
               kStates[status.state], status.message, status.hint.empty() ? "" : "; ", status.hint);
 }
 
+// Neither server nor problem where none is wanted.
+MetricsServer::Opened open_metrics(const ServerConfig& config, MappingServer& server) {
+  if (config.metrics_port == 0) return {};
+  auto opened = MetricsServer::open(config.metrics_at(),
+                                    [&server] { return metrics_text(server.statuses()); });
+  if (!opened.server) return opened;
+  spdlog::info("metrics at {}", opened.server->url());
+  if (!config.metrics_at().loopback())
+    spdlog::warn("whoever reaches {} can read the metrics", config.metrics_address);
+  return opened;
+}
+
 int run_live(const ServerConfig& config, const std::filesystem::path& output,
              StopSignals& signals) {
   if (!output.empty())
@@ -126,6 +142,11 @@ int run_live(const ServerConfig& config, const std::filesystem::path& output,
   }
   if (!opened.advice.empty()) spdlog::warn(opened.advice);
   MappingServer server(config, *opened.bus, log_change);
+  const MetricsServer::Opened metrics = open_metrics(config, server);
+  if (!metrics.problem.empty()) {
+    spdlog::error(metrics.problem);
+    return kFailed;
+  }
   spdlog::info("listening on {}", config.lcm_url);
   bool healthy = true;
   while (healthy && !signals.arrived())
@@ -195,6 +216,11 @@ void add_options(CLI::App& app, Options& options) {
       ->group(kLive);
   app.add_option("--input", options.input, "newest: keep up; lossless: take every frame")
       ->check(one_of(std::vector<std::string>{"newest", "lossless"}))
+      ->group(kLive);
+  app.add_option("--metrics-port", options.metrics_port,
+                 "serve figures for Prometheus at http://127.0.0.1:PORT/metrics; 0, the default: "
+                 "none")
+      ->check(number_in(0, 65535))
       ->group(kLive);
 
   app.add_option(

@@ -141,6 +141,14 @@ bool MappingServer::wait_until_idle(std::chrono::milliseconds timeout) {
   return true;
 }
 
+std::vector<status_t> MappingServer::statuses() {
+  std::vector<status_t> statuses{own_status_.now()};
+  for (const CameraLane* lane : lanes())
+    if (status_t last = lane->last_status(); !last.camera.empty())  // none in its first moment
+      statuses.push_back(std::move(last));
+  return statuses;
+}
+
 void MappingServer::stop() {
   {
     const std::lock_guard lock(lanes_mutex_);

@@ -48,6 +48,10 @@ class MappingServer {
   // time-out.
   bool wait_until_idle(std::chrono::milliseconds timeout);
 
+  // The server's own, without a camera, and the last one of each camera; for any thread, and
+  // without waiting for any that maps.
+  std::vector<status_t> statuses();
+
   // Every camera's lane finishes the frame in work, publishes what is left of its map and a last
   // status, and ends, all at the same time. Messages that still wait are not mapped.
   void stop();

@@ -50,7 +50,7 @@ void OwnStatus::refuse(const std::string& camera, bool is_frame, Reason reason,
 
 void OwnStatus::note_lost_measurement() {
   const std::lock_guard lock(mutex_);
-  ++counts_.measurements_dropped;
+  ++lost_measurements_;
 }
 
 bool OwnStatus::has_something_to_say() const {
@@ -82,6 +82,7 @@ status_t OwnStatus::make_status(bool new_period) {
   };
   say("cameras.mapped", mapped_);
   say("cameras.refused", static_cast<std::int64_t>(refused_.size()));
+  say("cameras.lost_measurements", lost_measurements_);
   status.num_diagnostics = static_cast<std::int32_t>(status.diagnostics.size());
   return status;
 }
@@ -105,6 +106,11 @@ void OwnStatus::publish(std::unique_lock<std::mutex>& lock, bool new_period, boo
   lock.lock();
   if (!sent) board_.note_send_failure();
   if (!fault.empty()) board_.note_fault(fault);
+}
+
+status_t OwnStatus::now() {
+  const std::lock_guard lock(mutex_);
+  return make_status(false);
 }
 
 void OwnStatus::begin_stop() {

@@ -36,6 +36,8 @@ class OwnStatus {
   // Of a camera that is not mapped: nothing can be done with it.
   void note_lost_measurement();
 
+  status_t now();
+
   // As CameraLane's.
   void begin_stop();
   void end();
@@ -55,7 +57,7 @@ class OwnStatus {
   std::condition_variable changed_;
   StatusBoard board_;
   StatusBoard::Counts counts_;
-  std::int64_t mapped_ = 0;
+  std::int64_t mapped_ = 0, lost_measurements_ = 0;
   std::set<std::string> refused_;  // cameras
   bool has_news_ = false, stopping_ = false;
   std::thread thread_;

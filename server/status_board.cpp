@@ -128,6 +128,7 @@ StatusBoard::StatusBoard(std::int64_t server_epoch)
 void StatusBoard::note_frame(const FrameResult& result, TimePoint received, TimePoint published) {
   if (result.rejected) {
     ++rejected_;
+    ++rejections_[result.reason];
     malformed_ += result.reason == Reason::kMalformedMessage ? 1 : 0;
     faults_ += result.reason == Reason::kInternalError ? 1 : 0;
     note_reason(result.reason, result.detail);
@@ -270,6 +271,9 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   for (const auto& [reason, count] : statistics.reasons)
     status.diagnostics.push_back(
         diagnostic("frames." + std::string(eifmap::describe(reason).name), count));
+  for (const auto& [reason, count] : rejections_)
+    status.diagnostics.push_back(
+        diagnostic("rejected." + std::string(eifmap::describe(reason).name), count));
   describe_nis(status, statistics);
   status.diagnostics.push_back(diagnostic("bound.removed_keyframes", statistics.removed_keyframes));
   status.diagnostics.push_back(diagnostic("bound.removed_landmarks", statistics.removed_landmarks));

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <eifmap/status_t.hpp>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -68,7 +69,8 @@ class StatusBoard {
   FrameResult last_;   // the last frame's; its state is the mapper's last
   std::int64_t processed_ = 0, rejected_ = 0, malformed_ = 0, parts_sent_ = 0, send_failures_ = 0,
                faults_ = 0, parts_left_ = 0;
-  std::vector<float> latencies_ms_;  // a ring
+  std::map<Reason, std::int64_t> rejections_;  // frames
+  std::vector<float> latencies_ms_;            // a ring
   std::size_t next_latency_ = 0;
   TimePoint period_begin_;
   std::int64_t period_received_ = 0, period_processed_ = 0;

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "client/view/listen_at.h"
 #include "client/view/page_queue.h"
 #include "client/view/view_feed.h"
+#include "program/listen_at.h"
 
 struct lws;
 struct lws_context;

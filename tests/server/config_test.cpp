@@ -124,7 +124,8 @@ TEST(Config, ValuesOutOfRangeAreRefused) {
         R"({"status_period_s": 0})", R"({"map_bytes_per_s": 0})", R"({"input": "fastest"})",
         R"({"calibration": {"width": 640}})", R"({"features": {"surf": {"octaves": -1}}})",
         R"({"features": {"sift": {"edge_threshold": 0}}})", R"({"features": {"max_features": 0}})",
-        R"({"features": {"extractor": "orb"}})"})
+        R"({"features": {"extractor": "orb"}})", R"({"max_cameras": 0})", R"({"max_cameras": 65})",
+        R"({"metrics_port": 65536})", R"({"metrics_address": "here"})"})
     EXPECT_NE(problem_of(json), "") << json;
 }
 

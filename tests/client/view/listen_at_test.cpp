@@ -1,4 +1,4 @@
-#include "client/view/listen_at.h"
+#include "program/listen_at.h"
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ TEST(ListenAt, ATakenPortIsSaidToBe) {
   EXPECT_FALSE(second.server);
   EXPECT_EQ(second.problem, "port " + std::to_string(port) +
                                 " of 127.0.0.1 is taken: end the program that has it, or choose "
-                                "another with --port (0: any free one)");
+                                "another with --port");
 }
 
 TEST(ListenAt, OnlyItsOwnPagesMayLook) {

@@ -1,4 +1,4 @@
-#include "client/view/listen_at.h"
+#include "program/listen_at.h"
 
 #include <arpa/inet.h>
 #include <sys/socket.h>
@@ -11,22 +11,22 @@ namespace eifmap {
 namespace {
 
 std::string bind_problem(const ListenAt& at, int error) {
-  const std::string port = std::to_string(at.port);
+  const std::string port = std::to_string(at.port), port_option = at.port_option,
+                    address_option = at.address_option;
   switch (error) {
     case 0:
       return "";
     case EADDRINUSE:
       return "port " + port + " of " + at.address +
-             " is taken: end the program that has it, or choose another with --port (0: any free "
-             "one)";
+             " is taken: end the program that has it, or choose another with " + port_option;
     case EADDRNOTAVAIL:
-      return "--address is " + at.address +
+      return address_option + " is " + at.address +
              ", which is no address of this machine: use 127.0.0.1 or one that `ip address` shows";
     case EACCES:
-      return "port " + port + " is for root alone: choose one from 1024 with --port";
+      return "port " + port + " is for root alone: choose one from 1024 with " + port_option;
     default:
       return at.address + ":" + port + " cannot be listened at (" + std::strerror(error) +
-             "): choose others with --address and --port";
+             "): choose others with " + address_option + " and " + port_option;
   }
 }
 
@@ -35,10 +35,10 @@ std::string bind_problem(const ListenAt& at, int error) {
 std::string form_problem(const ListenAt& at) {
   in_addr address;
   if (inet_pton(AF_INET, at.address.c_str(), &address) != 1)
-    return "--address is '" + at.address +
+    return std::string(at.address_option) + " is '" + at.address +
            "', wanted an IPv4 address of this machine, such as 127.0.0.1";
   if (at.port < 0 || at.port > 65535)
-    return "--port is " + std::to_string(at.port) + ", wanted 0 to 65535";
+    return std::string(at.port_option) + " is " + std::to_string(at.port) + ", wanted 0 to 65535";
   return "";
 }
 

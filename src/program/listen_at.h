@@ -1,4 +1,4 @@
-// Where the pages are served, and who may read them.
+// Where something is served over HTTP, and who may read it.
 #pragma once
 
 #include <string>
@@ -11,6 +11,9 @@ inline constexpr int kDefaultViewPort = 8090;
 struct ListenAt {
   std::string address = "127.0.0.1";  // IPv4, of this machine
   int port = kDefaultViewPort;        // 0: any free one
+  // What a user calls the two, in problems.
+  const char* address_option = "--address";
+  const char* port_option = "--port";
 
   bool loopback() const { return address.starts_with("127."); }
 };
