@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "consistency/frame_source.h"
+#include "map/map_snapshot.h"
 #include "mapper.h"
 #include "sequence/trajectory_error.h"
 #include "server/config.h"
+#include "storage/map_file.h"
 #include "support/thread_cpu.h"
 
 namespace {
@@ -27,7 +29,7 @@ struct Options {
   SourceOptions source;
   int seeds = 1, first_seed = 1;
   bool only_with = false;
-  std::string config;
+  std::string config, map_file;
   int least_closed = 0, most_closed = 1000000;
   double ratio = 0;       // of errors, with over without; 0: any
   double end_ratio = 0;   // the same of the last frame's place, start to end
@@ -147,6 +149,44 @@ void print(const Outcome& outcome, int seed, bool with, double cpu_s, double lon
   std::fflush(stdout);
 }
 
+// What it costs to keep the map in a file, and to have it back.
+class Kept {
+ public:
+  explicit Kept(const std::string& file) : path_(file), file_(file) {}
+  void save(const Mapper& mapper, const Camera& camera) {
+    if (path_.empty()) return;
+    const double before = thread_cpu_seconds();
+    const MapperSnapshot snapshot = mapper.snapshot();
+    const std::string problem = file_.save(*snapshot.in_use, {camera, 0, 1, {}});
+    if (!problem.empty()) std::printf("FAILED: %s\n", problem.c_str());
+    ms_.push_back(1e3 * (thread_cpu_seconds() - before));
+  }
+  void say(const MapperOptions& options) {
+    if (ms_.empty()) return;
+    const double before = thread_cpu_seconds();
+    const LoadedMap loaded = load_map(path_, options);
+    const double load_s = thread_cpu_seconds() - before;
+    if (!loaded.ok()) return static_cast<void>(std::printf("FAILED: %s\n", loaded.detail.c_str()));
+    Mapper again(loaded.head.names.camera, options);
+    again.restore({loaded.snapshot, {}, 1, 0});
+    again.map_update();
+    const double whole_s = thread_cpu_seconds() - before;
+    std::sort(ms_.begin(), ms_.end());
+    std::printf(
+        "  kept: %zu updates in %.1f MB, CPU of one %.1f ms in the median, %.1f at most; loaded in "
+        "%.2f s CPU, with all covariances to be published %.2f s: %d keyframes, %d landmarks, %zu "
+        "observations\n",
+        ms_.size(), 1e-6 * static_cast<double>(file_.size()), ms_[ms_.size() / 2], ms_.back(),
+        load_s, whole_s, loaded.snapshot.map->num_keyframes_in_use(),
+        loaded.snapshot.map->num_landmarks(), loaded.snapshot.map->filter().num_measurements());
+  }
+
+ private:
+  std::string path_;
+  MapFile file_;
+  std::vector<double> ms_;
+};
+
 Outcome run_once(const Options& options, const FrameSource& source, int seed, bool with) {
   Mapper mapper(source.camera(), mapper_options(options, with));
   KeyframeTimes times;
@@ -154,6 +194,7 @@ Outcome run_once(const Options& options, const FrameSource& source, int seed, bo
   std::vector<TimedPose> truth;
   Outcome outcome;
   Diary diary;
+  Kept kept(with ? options.map_file : "");
   double cpu_s = 0;
   for (int i = 0; i < source.size(); ++i) {
     if (const auto pose = source.world_from_camera(i)) truth.push_back({source.time_us(i), *pose});
@@ -162,6 +203,7 @@ Outcome run_once(const Options& options, const FrameSource& source, int seed, bo
     const FrameResult result = mapper.process(frame);
     cpu_s += thread_cpu_seconds() - before;
     diary.add(i, result, mapper.statistics());
+    if (result.map_updated) kept.save(mapper, source.camera());
     if (i == source.size() / 2) outcome.half = mapper.statistics();
   }
   const std::vector<TimedPose> estimate = mapper.final_trajectory();
@@ -172,6 +214,7 @@ Outcome run_once(const Options& options, const FrameSource& source, int seed, bo
   outcome.statistics = mapper.statistics();
   for (const std::string& problem : mapper.audit()) std::printf("FAILED: %s\n", problem.c_str());
   print(outcome, seed, with, cpu_s, times.longest());
+  kept.say(mapper_options(options, with));
   return outcome;
 }
 
@@ -239,6 +282,8 @@ int main(int argc, char** argv) {
   app.add_option("--frames", options.source.frames, "of each run; 0: all");
   app.add_option("--noise-px", options.source.noise_px, "features only: the noise");
   app.add_option("--cache", options.source.cache, "folder that keeps the rendered images");
+  app.add_option("--map-file", options.map_file,
+                 "keep the map in this file by each update, and say what that costs");
   app.add_flag("--only-with", options.only_with, "no run without, to compare with");
   app.add_option("--config", options.config, "JSON as in the server's file; of it, the mapper");
   app.add_option("--least", options.least_closed, "expected: loops closed, at least");
