@@ -15,6 +15,7 @@
 #include "program/command_line.h"
 #include "program/progress_bar.h"
 #include "sequence/camera_file.h"
+#include "server/log_run.h"
 #include "server/mapping_server.h"
 #include "server/run_record.h"
 #include "server/sequence_run.h"
@@ -29,11 +30,13 @@ constexpr int kBadOptions = 2;
 // Groups of options.
 constexpr const char* kLive = "Live, over LCM";
 constexpr const char* kRecorded = "Recorded, without a network";
+constexpr const char* kLogged = "Of an LCM event log, without a network";
 
 struct Options {
   std::string config_file, lcm_url, camera, input;
   bool print_config = false, paper = false;
   SequenceRunOptions sequence;
+  LogRunOptions log;
 };
 
 std::string read_file(const std::string& file) {
@@ -97,6 +100,32 @@ int run_recorded(SequenceRunOptions options, const ServerConfig& config, StopSig
   return 0;
 }
 
+int run_logged(LogRunOptions options, const std::filesystem::path& output,
+               const ServerConfig& config, StopSignals& signals) {
+  if (output.empty())
+    throw std::invalid_argument("--log needs --output FOLDER, for trajectories, map and report");
+  options.output = output;
+  options.config = config;
+  ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
+  bool interrupted = false;
+  const auto progress = [&](int done, int total) {
+    bar.show(done, total);
+    interrupted = interrupted || (done != total && signals.arrived());
+    return !interrupted;
+  };
+  const LogRunResult result =
+      run_log(options, progress, [](const std::string& note) { spdlog::warn(note); });
+  if (!result.problem.empty()) {
+    spdlog::error(result.problem);
+    return kFailed;
+  }
+  if (interrupted)
+    spdlog::warn("interrupted: the results in {} are partial", output.string());
+  else
+    spdlog::info("{}; results are in {}", result.summary, output.string());
+  return 0;
+}
+
 void log_change(const status_t& status) {
   const auto level = status.level == status_t::LEVEL_OK        ? spdlog::level::info
                      : status.level == status_t::LEVEL_WARNING ? spdlog::level::warn
@@ -145,6 +174,8 @@ int run(const Options& options, StopSignals& signals) {
       std::cout << config_text(config) << '\n';
       return 0;
     }
+    if (!options.log.log.empty())
+      return run_logged(options.log, options.sequence.output, config, signals);
     if (!options.sequence.sequence.empty()) return run_recorded(options.sequence, config, signals);
     return run_live(config, options.sequence.output, signals);
   } catch (const std::invalid_argument& error) {
@@ -199,21 +230,37 @@ void add_options(CLI::App& app, Options& options) {
                  "absolute measurements, a JSON object a line, that fix the map's scale")
       ->group(kRecorded);
   app.add_option("--seed", sequence.seed, "of that noise")->group(kRecorded);
+
+  LogRunOptions& log = options.log;
+  app.add_option("--log", log.log,
+                 "a log of eifmap.* that lcm-logger wrote: map it as the server did that it heard, "
+                 "or, where it heard none, every frame")
+      ->group(kLogged);
+  app.add_flag("--verify", log.verify,
+               "end with 1 where a frame comes out otherwise than recorded, and say which")
+      ->group(kLogged);
+  app.add_option("--epoch", log.epoch,
+                 "server_epoch of the run to make again; default: the one with most decisions")
+      ->group(kLogged);
 }
 
-// Options of one way to run with the other one.
+// Options of one way to run with another one.
 std::string mixed_options(const CLI::App& app) {
   const bool recorded = app.get_option("--sequence")->count() > 0;
+  const bool logged = app.get_option("--log")->count() > 0;
+  if (recorded && logged) return "--sequence and --log are two runs: leave one of them out";
   if (app.get_option("--decisions")->count() > 0)
     for (const char* option : {"--every", "--max-frames", "--jitter-px"})
       if (app.get_option(option)->count() > 0)
         return std::string(option) + " is of another run than the one in --decisions: leave it out";
   for (const CLI::Option* option : app.get_options()) {
     if (option->count() == 0) continue;
-    if (recorded && option->get_group() == kLive)
-      return option->get_name() +
-             " is of a live server, and --sequence maps without a network: "
-             "leave one of them out";
+    if (logged && option->get_name() == "--camera") continue;
+    if ((recorded || logged) && option->get_group() == kLive)
+      return option->get_name() + " is of a live server, and " +
+             (recorded ? "--sequence" : "--log") + " maps without a network: leave one of them out";
+    if (!logged && option->get_group() == kLogged)
+      return option->get_name() + " is of a log: give it by --log, or leave it out";
     if (!recorded && option->get_group() == kRecorded)
       return option->get_name() +
              " is of recorded images: give them by --sequence, or leave it out";
