@@ -7,6 +7,7 @@
 #include "convert/camera_message.h"
 #include "convert/feature_message.h"
 #include "features/front_end.h"
+#include "frame_check.h"
 #include "server/image_decoder.h"
 
 namespace eifmap {
@@ -44,12 +45,14 @@ const ServerConfig& checked(const ServerConfig& config) {
 }  // namespace
 
 CameraMapper::CameraMapper(const ServerConfig& config)
+    : CameraMapper(config, checked(config).live_handover()) {}
+
+CameraMapper::CameraMapper(const ServerConfig& config, Handover handover)
     : config_(checked(config)),
       extractor_(config.features),
       camera_(config.camera),
       measurements_(config.mapper.measurement.max_waiting) {
-  if (const Handover handover = config_.live_handover(); handover.is_beside())
-    keyframes_.emplace(handover);
+  if (handover.is_beside()) keyframes_.emplace(std::move(handover));
 }
 
 const Camera* CameraMapper::calibration_of(const std::string& camera) const {
@@ -149,6 +152,10 @@ CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes byte
   }
   Mapped mapped;
   if (frame.ok() && frame.value.calibration_id != camera->id()) {
+    if (const FrameCheck check = check_frame(frame.value, pending_.at(channel.camera)); !check.ok())
+      frame = Decoded<FeatureFrame>::refuse(check.reason, check.detail);
+  }
+  if (frame.ok() && frame.value.calibration_id != camera->id()) {
     change_calibration(channel.camera);
     if (mapper_) mapped.new_calibration = in_words(*camera);
   }
@@ -205,12 +212,22 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
     if (!pixels.ok()) return Result::refuse(pixels.reason, std::move(pixels.detail));
   }
   const TimedStep step(timer_, "extract");
-  const ImageMessage& header = image.value;
+  const FrameHeader header{image.value.time_us, image.value.publisher, image.value.seq,
+                           channel.camera};
   Result frame;
-  frame.value = extract_frame(extractor_, pixels.gray, *camera,
-                              {header.time_us, header.publisher, header.seq, channel.camera});
+  if (is_late(image.value, *camera, known)) {
+    frame.value = frame_without_features(extractor_, *camera, header);
+    return frame;
+  }
+  frame.value = extract_frame(extractor_, pixels.gray, *camera, header);
   if (!extractor_.roll_is_sure()) record_.add_unseen_roll();
   return frame;
+}
+
+// It will be refused, and must not leave its traces in the extractor, which follows the camera.
+bool CameraMapper::is_late(const ImageMessage& image, const Camera& camera,
+                           const Camera& known) const {
+  return mapper_ && camera.id() == known.id() && mapper_->is_late(image.publisher, image.time_us);
 }
 
 void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {

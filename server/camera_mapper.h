@@ -10,6 +10,7 @@
 #include <set>
 #include <string>
 
+#include "convert/image_message.h"
 #include "convert/relative_message.h"
 #include "features/extractor.h"
 #include "mapper.h"
@@ -29,6 +30,8 @@ class CameraMapper {
  public:
   // Keeps a copy of the configuration. Throws std::invalid_argument with config.problem().
   explicit CameraMapper(const ServerConfig& config);
+  // With another handover than that of a live server.
+  CameraMapper(const ServerConfig& config, Handover handover);
   CameraMapper(const CameraMapper&) = delete;
   CameraMapper& operator=(const CameraMapper&) = delete;
 
@@ -110,6 +113,7 @@ class CameraMapper {
   void change_calibration(const std::string& camera);
   Decoded<FeatureFrame> read_frame(const Channel& channel, Bytes bytes, const Camera& known);
   Decoded<FeatureFrame> read_image(const Channel& channel, Bytes bytes, const Camera& known);
+  bool is_late(const ImageMessage& image, const Camera& camera, const Camera& known) const;
   void map(const FeatureFrame& frame, Mapped& mapped);
   void give_measurements();
   MapUpdate next_update();

@@ -16,6 +16,7 @@
 #include "program/progress_bar.h"
 #include "sequence/camera_file.h"
 #include "server/check_map.h"
+#include "server/log_run.h"
 #include "server/mapping_server.h"
 #include "server/metrics_server.h"
 #include "server/metrics_text.h"
@@ -32,6 +33,7 @@ constexpr int kBadOptions = 2;
 // Groups of options.
 constexpr const char* kLive = "Live, over LCM";
 constexpr const char* kRecorded = "Recorded, without a network";
+constexpr const char* kLogged = "Of an LCM event log, without a network";
 
 struct Options {
   std::string config_file, lcm_url, camera, input, maps_folder;
@@ -40,6 +42,7 @@ struct Options {
   std::optional<int> metrics_port;
   bool print_config = false, paper = false;
   SequenceRunOptions sequence;
+  LogRunOptions log;
 };
 
 std::string read_file(const std::string& file) {
@@ -103,6 +106,32 @@ int run_recorded(SequenceRunOptions options, const ServerConfig& config, StopSig
     spdlog::warn("interrupted: the results in {} are partial", options.output.string());
   else
     spdlog::info("results are in {}", options.output.string());
+  return 0;
+}
+
+int run_logged(LogRunOptions options, const std::filesystem::path& output,
+               const ServerConfig& config, StopSignals& signals) {
+  if (output.empty())
+    throw std::invalid_argument("--log needs --output FOLDER, for trajectories, map and report");
+  options.output = output;
+  options.config = config;
+  ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
+  bool interrupted = false;
+  const auto progress = [&](int done, int total) {
+    bar.show(done, total);
+    interrupted = interrupted || (done != total && signals.arrived());
+    return !interrupted;
+  };
+  const LogRunResult result =
+      run_log(options, progress, [](const std::string& note) { spdlog::warn(note); });
+  if (!result.problem.empty()) {
+    spdlog::error(result.problem);
+    return kFailed;
+  }
+  if (interrupted)
+    spdlog::warn("interrupted: the results in {} are partial", output.string());
+  else
+    spdlog::info("{}; results are in {}", result.summary, output.string());
   return 0;
 }
 
@@ -178,6 +207,8 @@ int run(const Options& options, StopSignals& signals) {
       std::cout << config_text(config) << '\n';
       return 0;
     }
+    if (!options.log.log.empty())
+      return run_logged(options.log, options.sequence.output, config, signals);
     if (!options.sequence.sequence.empty()) return run_recorded(options.sequence, config, signals);
     return run_live(config, options.sequence.output, signals);
   } catch (const std::invalid_argument& error) {
@@ -255,11 +286,25 @@ void add_options(CLI::App& app, Options& options) {
                  "absolute measurements, a JSON object a line, that fix the map's scale")
       ->group(kRecorded);
   app.add_option("--seed", sequence.seed, "of that noise")->group(kRecorded);
+
+  LogRunOptions& log = options.log;
+  app.add_option("--log", log.log,
+                 "a log of eifmap.* that lcm-logger wrote: map it as the server did that it heard, "
+                 "or, where it heard none, every frame")
+      ->group(kLogged);
+  app.add_flag("--verify", log.verify,
+               "end with 1 where a frame comes out otherwise than recorded, and say which")
+      ->group(kLogged);
+  app.add_option("--epoch", log.epoch,
+                 "server_epoch of the run to make again; default: the one with most decisions")
+      ->group(kLogged);
 }
 
-// Options of one way to run with the other one.
+// Options of one way to run with another one.
 std::string mixed_options(const CLI::App& app) {
   const bool recorded = app.get_option("--sequence")->count() > 0;
+  const bool logged = app.get_option("--log")->count() > 0;
+  if (recorded && logged) return "--sequence and --log are two runs: leave one of them out";
   if (app.get_option("--decisions")->count() > 0)
     for (const char* option :
          {"--every", "--first-frame", "--max-frames", "--jitter-px", "--load-map"})
@@ -267,10 +312,12 @@ std::string mixed_options(const CLI::App& app) {
         return std::string(option) + " is of another run than the one in --decisions: leave it out";
   for (const CLI::Option* option : app.get_options()) {
     if (option->count() == 0) continue;
-    if (recorded && option->get_group() == kLive)
-      return option->get_name() +
-             " is of a live server, and --sequence maps without a network: "
-             "leave one of them out";
+    if (logged && option->get_name() == "--camera") continue;
+    if ((recorded || logged) && option->get_group() == kLive)
+      return option->get_name() + " is of a live server, and " +
+             (recorded ? "--sequence" : "--log") + " maps without a network: leave one of them out";
+    if (!logged && option->get_group() == kLogged)
+      return option->get_name() + " is of a log: give it by --log, or leave it out";
     if (!recorded && option->get_group() == kRecorded)
       return option->get_name() +
              " is of recorded images: give them by --sequence, or leave it out";

@@ -13,10 +13,13 @@ namespace eifmap {
 
 // A publisher that was started again, or times that stay behind: one wild time stamp, or a
 // recording published twice, must not lock the input.
-bool Mapper::State::begins_stream(const FeatureFrame& frame) const {
-  constexpr int kPatience = 30;
-  return (publisher != 0 && frame.publisher != 0 && frame.publisher != publisher) ||
+bool Mapper::State::begins_stream(std::int64_t of_publisher) const {
+  return (publisher != 0 && of_publisher != 0 && of_publisher != publisher) ||
          old_times >= kPatience;
+}
+
+bool Mapper::State::is_late(std::int64_t of_publisher, std::int64_t time_us) const {
+  return last_time_us && time_us <= *last_time_us && !begins_stream(of_publisher);
 }
 
 // What was mapped stays; where the camera is now, nobody knows.
@@ -35,19 +38,21 @@ void Mapper::State::begin_stream(const FeatureFrame& frame) {
 FrameCheck Mapper::State::check(const FeatureFrame& frame) {
   FrameCheck result = check_frame(frame, camera);
   if (!result.ok()) return result;
-  if (begins_stream(frame)) begin_stream(frame);
-  if (live && !last_time_us && !lost_since_us) begin_where_it_was(frame.time_us);
-  if (last_time_us && frame.time_us <= *last_time_us) {
+  if (is_late(frame.publisher, frame.time_us)) {
     ++old_times;
     return {Reason::kTimeNotIncreasing, "time " + std::to_string(frame.time_us) +
                                             " us is not after " + std::to_string(*last_time_us)};
   }
-  if (extractor && *extractor != std::pair(frame.extractor, frame.extractor_version))
+  const bool begins = begins_stream(frame.publisher);
+  const bool any_extractor = !extractor || (begins && !live);
+  if (!any_extractor && *extractor != std::pair(frame.extractor, frame.extractor_version))
     return {Reason::kUnknownExtractor,
             "extractor " + std::to_string(static_cast<int>(frame.extractor)) + " version " +
                 std::to_string(frame.extractor_version) + ", so far it was " +
                 std::to_string(static_cast<int>(extractor->first)) + " version " +
                 std::to_string(extractor->second)};
+  if (begins) begin_stream(frame);  // which a frame that is refused does not
+  if (live && !last_time_us && !lost_since_us) begin_where_it_was(frame.time_us);
   return result;
 }
 
@@ -118,6 +123,10 @@ Mapper::Mapper(const Camera& camera, const MapperOptions& options) {
 Mapper::~Mapper() = default;
 Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
+
+bool Mapper::is_late(std::int64_t publisher, std::int64_t time_us) const {
+  return state_->is_late(publisher, time_us);
+}
 
 // [WD10] Algorithm 2 for one image.
 FrameResult Mapper::process(const FeatureFrame& frame) {

@@ -31,6 +31,12 @@ class Mapper {
   // function of the frames so far, and of what the runner says is due: no clock, no threads.
   FrameResult process(const FeatureFrame& frame);
 
+  // Whether process() would refuse a frame of these for its time: what it shows need not be looked
+  // for.
+  bool is_late(std::int64_t publisher, std::int64_t time_us) const;
+  // After so many late frames in a row the next one is believed, and begins a stream.
+  static constexpr int kPatience = 30;
+
   // An absolute measurement, of the frames' clock; it may come before or after its frame. It enters
   // the map with the first keyframe that comes after its frame. Says why it is refused at once;
   // what happens to it later is in the statistics. What is made of it is a function of the order of

@@ -88,7 +88,8 @@ struct Mapper::State {
   // mapper.cpp: what comes in, and what is said of it
   FrameCheck check(const FeatureFrame& frame);
   void begin_where_it_was(std::int64_t time_us);
-  bool begins_stream(const FeatureFrame& frame) const;
+  bool begins_stream(std::int64_t of_publisher) const;
+  bool is_late(std::int64_t of_publisher, std::int64_t time_us) const;
   void begin_stream(const FeatureFrame& frame);
   void count(const FrameResult& result);
   void count_map();

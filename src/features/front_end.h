@@ -18,6 +18,10 @@ struct FrameHeader {
   std::string camera;
 };
 
+// Of an image whose features nobody looks for.
+FeatureFrame frame_without_features(const FeatureExtractor& extractor, const Camera& camera,
+                                    const FrameHeader& header);
+
 // `gray` and what is thrown: as FeatureExtractor::extract.
 FeatureFrame extract_frame(FeatureExtractor& extractor, const cv::Mat& gray, const Camera& camera,
                            const FrameHeader& header);

@@ -166,6 +166,13 @@ def server(check, top):
     check([*run, "--output", top / "out", "--lcm-url", "memq://"], "--lcm-url is of a live server")
     check([*run, "--output", top / "out", "--every", "0"], "--every: '0' is out of range, wanted 1 or")
     check(["eifmap-server", "--every", "2"], "--every is of recorded images: give them by --sequence")
+    log = ["eifmap-server", "--log", top / "none.log"]
+    check(log, "--log needs --output FOLDER")
+    check([*log, "--output", top / "out"], "none.log: cannot be read",
+          "give a log that lcm-logger wrote", code=1)
+    check([*log, "--sequence", good], "--sequence and --log are two runs")
+    check([*log, "--input", "newest"], "--input is of a live server, and --log maps without a network")
+    check(["eifmap-server", "--verify"], "--verify is of a log: give it by --log")
     check([*run, "--outptu", top / "out"], "'--outptu' means nothing", "did you mean --output?")
     check(["eifmap-server", "--input", "fastest"], "'fastest' is unknown, wanted newest or lossless")
     decisions = top / "decisions.jsonl"

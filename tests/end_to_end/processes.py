@@ -2,8 +2,10 @@
 the offline run that a live one is compared with.
 """
 import argparse
+import json
 import os
 import pathlib
+import random
 import signal
 import subprocess
 import sys
@@ -11,6 +13,10 @@ import time
 
 SKIPPED = 77
 PATIENCE_S = 240
+
+# Measurements made of a recording's truth.
+EVERY, SIGMA = 4, 0.02  # images; m
+ORIGIN = (1000.0, -500.0, 40.0)  # m
 
 
 def fail(message):
@@ -108,6 +114,20 @@ def parse_live(parser):
     options.publish = [shared(argument) for argument in options.publish]
     options.frames = len(lines(pathlib.Path(options.offline) / "times.txt"))
     return options
+
+
+def measure(options, folder):
+    """Positions of every few images, with noise, for the publisher."""
+    draw = random.Random(1)
+    made = []
+    for line in lines(pathlib.Path(options.offline) / "groundtruth.tum")[::EVERY]:
+        time_s, *place = map(float, line.split()[:4])
+        made.append({"kind": "position", "utime": round(1e6 * time_s), "sigma": SIGMA,
+                     "position": [x + o + draw.gauss(0, SIGMA) for x, o in zip(place, ORIGIN)]})
+    file = folder / "measurements.jsonl"
+    file.write_text("".join(json.dumps(m) + "\n" for m in made))
+    options.publish += ["--measurements", file]
+    return len(made)
 
 
 def map_offline(options, output):

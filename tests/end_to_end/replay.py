@@ -11,15 +11,12 @@ which image each measurement came before was up to the machine, too. Run it insi
 import json
 import math
 import pathlib
-import random
 import struct
 import subprocess
 import tempfile
 
-from processes import fail, lines, live_options, parse_live, run_live
+from processes import fail, lines, live_options, measure, parse_live, run_live
 
-EVERY, SIGMA = 4, 0.02  # images; m
-ORIGIN = (1000.0, -500.0, 40.0)  # m
 SCALE_WITHIN = 0.02
 
 
@@ -31,20 +28,6 @@ def replay(options, folder, decisions, measurements=None):
         command += ["--measurements", measurements or folder / "logged" / "measurements.jsonl"]
     run = subprocess.run(command, capture_output=True, text=True)
     return run.returncode, run.stderr
-
-
-def measure(options, folder):
-    """Positions of every few images, with noise, for the publisher."""
-    draw = random.Random(1)
-    made = []
-    for line in lines(pathlib.Path(options.offline) / "groundtruth.tum")[::EVERY]:
-        time, *place = map(float, line.split()[:4])
-        made.append({"kind": "position", "utime": round(1e6 * time), "sigma": SIGMA,
-                     "position": [x + o + draw.gauss(0, SIGMA) for x, o in zip(place, ORIGIN)]})
-    file = folder / "measurements.jsonl"
-    file.write_text("".join(json.dumps(m) + "\n" for m in made))
-    options.publish += ["--measurements", file]
-    return len(made)
 
 
 def points(file):

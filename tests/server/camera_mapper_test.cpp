@@ -350,6 +350,68 @@ cv::Mat picture(int i) {
   return image;
 }
 
+// The extractor follows the camera's roll from image to image: not those of an image that is
+// refused for its time.
+TEST(CameraMapper, LateImagesLeaveNoTrace) {
+  ServerConfig config = at_once();
+  config.calibration = synthetic_camera();
+  CameraMapper alone(config), disturbed(config);
+  const auto image = [](int of, std::int64_t time_us) {
+    const cv::Mat pixels = picture(of);
+    ImageMessage gray;
+    gray.time_us = time_us;
+    gray.width = gray.row_stride = 640;
+    gray.height = 480;
+    gray.data.assign(pixels.datastart, pixels.dataend);
+    return encode(to_message(gray));
+  };
+  for (int i = 0; i < 20; ++i) {
+    const std::int64_t time_us = 1000 * (i + 1);
+    const FrameResult a = alone.take_frame(kImage, image(i, time_us)).result;
+    const FrameResult b = disturbed.take_frame(kImage, image(i, time_us)).result;
+    expect_same(a, b);
+    EXPECT_EQ(a.num_matches, b.num_matches);
+    const FrameResult late = disturbed.take_frame(kImage, image(17 - i / 2, time_us - 500)).result;
+    EXPECT_EQ(late.reason, Reason::kTimeNotIncreasing);
+  }
+}
+
+// Refused, it must not cost the map either.
+TEST(CameraMapper, AFrameOfAnotherCalibrationThatDoesNotFitItChangesNothing) {
+  const SyntheticStream stream;
+  const std::vector<FrameResult> expected = map_alone(25);
+  CameraMapper mapper{at_once()};
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  for (int i = 0; i < 25; ++i) {
+    expect_same(mapper.take_frame(kFeatures, bytes(stream.frame(i))).result, expected[i]);
+    mapper.take_calibration("cam0", calibration(changed_camera()));
+    FeatureFrame other = stream.frame(i + 1);
+    other.calibration_id = changed_camera().id();
+    other.width += 10;
+    const CameraMapper::Mapped mapped = mapper.take_frame(kFeatures, bytes(other));
+    EXPECT_EQ(mapped.result.reason, Reason::kBadImageSize);
+    EXPECT_EQ(mapped.new_calibration, "");
+  }
+  EXPECT_EQ(mapper.statistics().starts, 1);
+}
+
+// Another publisher is a new stream only if its frames are of use to the map.
+TEST(CameraMapper, AnotherPublisherOfAnotherExtractorChangesNothing) {
+  const SyntheticStream stream;
+  const std::vector<FrameResult> expected = map_alone(30);
+  CameraMapper mapper{at_once()};
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  for (int i = 0; i < 30; ++i) {
+    expect_same(mapper.take_frame(kFeatures, bytes(stream.frame(i))).result, expected[i]);
+    if (expected[i].state != TrackingState::kTracking) continue;
+    FeatureFrame other = stream.frame(i + 1);
+    other.publisher = 8;
+    other.extractor = Extractor::kSift;
+    EXPECT_EQ(mapper.take_frame(kFeatures, bytes(other)).result.reason, Reason::kUnknownExtractor);
+  }
+  EXPECT_EQ(mapper.statistics().losses, 0);
+}
+
 class EveryExtractor : public ::testing::TestWithParam<ExtractorKind> {};
 
 TEST_P(EveryExtractor, ImagesAndTheirFeaturesGiveTheSame) {
