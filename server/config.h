@@ -29,8 +29,11 @@ struct ServerConfig {
   // Largest message of a map update, in bytes. 0: what fits a datagram of the network, 1400 where
   // the ttl is above 0, else 32768.
   int max_part_bytes = 0;
-  int map_bytes_per_s = 5'000'000;    // a pace that stock receive buffers keep up with
-  double status_period_s = 1;         // s between two statuses, when nothing changes
+  int map_bytes_per_s = 5'000'000;  // a pace that stock receive buffers keep up with
+  double status_period_s = 1;       // s between two statuses, when nothing changes
+  // Who may command (eifmap ctl): who signs with what this file holds, 16 bytes or more that others
+  // cannot read. "": anybody on this machine, and nobody where the network reaches beyond it.
+  std::string secret_file;
   std::optional<Camera> calibration;  // instead of waiting for one by message
   // A camera without a calibration: the width of its view, from which a pinhole is guessed; 0: wait
   // for its calibration. The status says that it is guessed.

@@ -31,7 +31,7 @@ constexpr const char* kLive = "Live, over LCM";
 constexpr const char* kRecorded = "Recorded, without a network";
 
 struct Options {
-  std::string config_file, lcm_url, camera, input;
+  std::string config_file, lcm_url, camera, input, secret_file;
   bool print_config = false, paper = false;
   SequenceRunOptions sequence;
 };
@@ -56,6 +56,7 @@ ServerConfig effective_config(const Options& options) {
   ServerConfig& config = parsed.config;
   if (!options.lcm_url.empty()) config.lcm_url = options.lcm_url;
   if (!options.camera.empty()) config.camera = options.camera;
+  if (!options.secret_file.empty()) config.secret_file = options.secret_file;
   if (!options.input.empty())
     config.input = options.input == "lossless" ? InputMode::kLossless : InputMode::kNewest;
   const auto& calibration_file = options.sequence.images.calibration;
@@ -173,6 +174,9 @@ void add_options(CLI::App& app, Options& options) {
       ->group(kLive);
   app.add_option("--input", options.input, "newest: keep up; lossless: take every frame")
       ->check(one_of(std::vector<std::string>{"newest", "lossless"}))
+      ->group(kLive);
+  app.add_option("--secret-file", options.secret_file,
+                 "who may command: who signs with what this file holds (eifmap ctl)")
       ->group(kLive);
 
   app.add_option(

@@ -233,7 +233,7 @@ std::optional<MappingServer::Clock::time_point> MappingServer::send_parts() {
 }
 
 void MappingServer::tell_changes() {
-  const std::pair<TrackingState, Reason> headline = board_.headline();
+  const StatusBoard::Headline headline = board_.headline();
   if (headline == told_) return;
   const Clock::time_point now = Clock::now();
   if (headline.first == told_.first && now < next_reason_) return;

@@ -85,7 +85,7 @@ class MappingServer {
   MapPublisher maps_;
   StatusBoard board_;
   std::int64_t last_time_us_ = 0;  // of the frame mapped last
-  std::pair<TrackingState, Reason> told_{};
+  StatusBoard::Headline told_{};
   Clock::time_point next_status_, next_reason_;
   std::atomic<std::int64_t> bad_channels_ = 0;
   std::atomic<bool> parts_wait_ = false, maps_beside_ = false, stopping_ = false;

@@ -234,6 +234,7 @@ TEST(Hostile, DecisionValues) {
   EXPECT_EQ(decision_with([](D& d) { d.utime = -1; }), Reason::kMalformedMessage);
   EXPECT_EQ(decision_with([](D& d) { d.camera = "../cam"; }), Reason::kMalformedMessage);
   EXPECT_EQ(decision_with([](D& d) { d.camera = ""; }), Reason::kMalformedMessage);
+  EXPECT_EQ(decision_with([](D& d) { d.after_reset = 2; }), Reason::kMalformedMessage);
   EXPECT_EQ(decision_with([](D& d) { d.measurements[1].seq = -1; }), Reason::kMalformedMessage);
 }
 

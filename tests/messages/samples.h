@@ -95,7 +95,7 @@ inline PublishedPose published_pose() {
 
 inline PublishedDecision published_decision() {
   return {{42, "cam0"},
-          {1'700'000'000'000'002, -99, 4, 12, -1234567890123456789, {{-5, 7}, {3, 0}}}};
+          {1'700'000'000'000'002, -99, 4, 12, -1234567890123456789, {{-5, 7}, {3, 0}}, true}};
 }
 
 inline RelativeRequest relative_request() {
