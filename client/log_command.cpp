@@ -39,10 +39,15 @@ int run(const Options& options, StopSignals& signals) {
   }
   Logger& logger = *opened.logger;
   spdlog::info("logging {} into {}", options.lcm_url, options.folder);
-  bool healthy = true;
+  bool healthy = true, chosen = !options.camera.empty();
   while (healthy && !signals.arrived() && !is_over(logger, options)) {
     healthy = bus.bus->receive(milliseconds(50));
     logger.tick();
+    if (!chosen && !logger.camera().empty()) {
+      spdlog::info("camera {} is logged, the first that was heard of; --camera names another",
+                   logger.camera());
+      chosen = true;
+    }
   }
   if (!healthy) spdlog::error("LCM broke off at {}", options.lcm_url);
   const std::string problem = logger.finish();

@@ -213,7 +213,9 @@ void Logger::receive_status(const std::string& channel, Bytes bytes) {
   const std::string& camera = status.value.camera;
   const std::int64_t epoch = status.value.server_epoch;
   if (camera_.empty()) camera_ = camera;
-  if ((!camera.empty() && camera != camera_) || (server_epoch_ && epoch != *server_epoch_)) return;
+  // One without a camera is of this one's server as long as that maps none, and then of others.
+  const bool is_mine = camera.empty() ? !server_epoch_ : camera == camera_;
+  if (!is_mine || (server_epoch_ && epoch != *server_epoch_)) return;
   if (!camera.empty()) server_epoch_ = epoch;
   map_.receive(channel, bytes.data(), bytes.size());
   last_message_ = Clock::now();

@@ -44,6 +44,7 @@ class Logger {
                  measurements = 0;
   };
   // These from the thread that calls bus.receive().
+  const std::string& camera() const { return camera_; }  // that is logged; "" none yet
   Counts counts() const;
   const MapClient& map() const { return map_; }
   const status_t& last_status() const { return last_status_; }      // zeros before the first

@@ -15,6 +15,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr int kMostCameras = 64;  // each has threads and memory of its own
+
 // Names of enumerators, as a user writes them.
 struct InputNames {
   static constexpr std::array values{std::pair{"newest", InputMode::kNewest},
@@ -210,6 +212,9 @@ class Writer {
 std::string ServerConfig::problem() const {
   if (!camera.empty() && !valid_camera_name(camera))
     return "camera: must be empty or 1 to 24 of A-Z a-z 0-9 _ -, is \"" + camera + '"';
+  if (max_cameras < 1 || max_cameras > kMostCameras)
+    return "max_cameras: must be 1 to " + std::to_string(kMostCameras);
+  if (camera == kNoCamera) return "camera: \"server\" is the server's own name, in its channels";
   if (!image_channel.empty() && camera.empty())
     return "image_channel: needs the name of its camera in \"camera\"";
   if (gray16_bits < 8 || gray16_bits > 16) return "gray16_bits: must be 8 to 16";

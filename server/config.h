@@ -17,24 +17,31 @@ namespace eifmap {
 struct ServerConfig {
   // The LCM network: ttl=0 stays on this machine, ttl=1 in its network.
   std::string lcm_url = kDefaultLcmUrl;
-  // The camera to map; "": the first one seen with a calibration.
+  // The only camera to map; "": every one that is heard, each with a map of its own.
   std::string camera;
+  // Mapped at most, where no camera is named; what comes of more is refused. The limits below are
+  // of each.
+  int max_cameras = 8;
   // One more channel whose images are that camera's, for drivers with channel names of their own.
   std::string image_channel;
   // Of the 16 bits of a LE_GRAY16 pixel, how many the camera fills: 10, 12, 14, ...
   int gray16_bits = 16;
-  // Newest: the map keeps up with the camera, at the price of frames. Lossless: every frame, late.
+  // Newest: the map keeps up with the camera, at the price of frames. Lossless: every frame, late,
+  // while there is room in max_queued_mib: then with a camera named LCM waits, and what its queue
+  // does not hold is lost; with none named, where others would wait too, what has no room is
+  // dropped, and counted.
   InputMode input = InputMode::kNewest;
-  int max_queued_mib = 256;  // MiB of input waiting for the mapper
+  int max_queued_mib = 256;  // MiB of a camera's input waiting for its mapper
   // Largest message of a map update, in bytes. 0: what fits a datagram of the network, 1400 where
   // the ttl is above 0, else 32768.
   int max_part_bytes = 0;
-  int map_bytes_per_s = 5'000'000;  // a pace that stock receive buffers keep up with
-  double status_period_s = 1;       // s between two statuses, when nothing changes
+  int map_bytes_per_s =
+      5'000'000;               // of a camera's map: a pace that stock receive buffers keep up with
+  double status_period_s = 1;  // s between two statuses, when nothing changes
   // Who may command (eifmap ctl): who signs with what this file holds, 16 bytes or more that others
   // cannot read. "": anybody on this machine, and nobody where the network reaches beyond it.
   std::string secret_file;
-  std::optional<Camera> calibration;  // instead of waiting for one by message
+  std::optional<Camera> calibration;  // of each camera, instead of waiting for one by message
   // A camera without a calibration: the width of its view, from which a pinhole is guessed; 0: wait
   // for its calibration. The status says that it is guessed.
   double hfov_deg = 0;

@@ -230,6 +230,7 @@ template <OptionsOf<ServerConfig> O>
 void visit_fields(O& o, auto&& visit) {
   visit("lcm_url", o.lcm_url);
   visit("camera", o.camera);
+  visit("max_cameras", o.max_cameras);
   visit("image_channel", o.image_channel);
   visit("gray16_bits", o.gray16_bits);
   visit("input", o.input);

@@ -1,4 +1,5 @@
-// Where the receiving thread leaves messages for the mapping thread: the only state they share.
+// Where the receiving thread leaves a camera's messages for its mapping thread: the only state that
+// they share.
 #pragma once
 
 #include <chrono>
@@ -17,7 +18,7 @@ namespace eifmap {
 
 enum class InputMode {
   kNewest,    // a new frame replaces one that still waits
-  kLossless,  // every frame, in order; a full inbox makes the receiving thread wait
+  kLossless,  // every frame, in order, as long as there is room
 };
 
 struct Received {
@@ -25,7 +26,7 @@ struct Received {
   std::vector<std::uint8_t> bytes;
   std::chrono::steady_clock::time_point time;
   std::int64_t received_us = 0;     // the same by the time of day
-  std::int64_t dropped_before = 0;  // frames replaced since the one taken before this
+  std::int64_t dropped_before = 0;  // frames that were dropped between the one before and this
 };
 
 class Inbox {
@@ -39,25 +40,22 @@ class Inbox {
   }
 
   struct Counts {
-    std::int64_t frames = 0;                // that arrived, of the selected camera
-    std::int64_t dropped = 0;               // of them, replaced by a newer one
-    std::int64_t foreign = 0;               // of other cameras
+    std::int64_t frames = 0;                // that arrived
+    std::int64_t dropped = 0;               // of them, replaced by a newer one or without room
     std::int64_t measurements_dropped = 0;  // for want of room
   };
 
   // More than `max_bytes` never wait, except a single larger message.
   Inbox(InputMode mode, std::size_t max_bytes) : mode_(mode), max_bytes_(max_bytes) {}
 
-  // Moves in a copy of the bytes. A calibration replaces one of the same camera that waits,
-  // measurements and requests nothing. Waits for room when lossless, unless the taker itself puts:
-  // what then has no room is dropped. After close() nothing is taken in.
+  // Moves in a copy of the bytes. A calibration replaces one that waits, measurements and requests
+  // nothing. What has no room is dropped and counted, unless when lossless the caller may wait for
+  // it: not the taker itself, and not one whose waiting holds up other cameras. After close()
+  // nothing is taken in.
   void put(const Channel& channel, Bytes bytes, bool may_wait = true);
 
   // The next message, in the order of their arrival; waits for one until `deadline`.
   std::optional<Received> take(TimePoint deadline);
-
-  // From now on only this camera's frames; those of others that wait are thrown out.
-  void select_camera(const std::string& camera);
 
   // Nothing more goes in, and waiting ends.
   void close();
@@ -71,11 +69,7 @@ class Inbox {
   static bool is_frame(const Channel& channel) {
     return channel.kind == ChannelKind::kImage || channel.kind == ChannelKind::kFeatures;
   }
-  bool is_foreign(const Channel& channel) const {
-    return !camera_.empty() && channel.camera != camera_;
-  }
-  template <class Predicate>
-  std::int64_t remove(Predicate predicate);
+  void replace(const Channel& channel);
 
   const InputMode mode_;
   const std::size_t max_bytes_;
@@ -83,9 +77,9 @@ class Inbox {
   std::condition_variable changed_;
   std::deque<Received> queue_;
   std::size_t queued_bytes_ = 0;
-  std::string camera_;
   Counts counts_;
-  std::int64_t dropped_since_take_ = 0;
+  std::int64_t dropped_since_put_ =
+      0;  // frames, since the last one that went in and is there still
   bool taker_waits_ = false;
   bool closed_ = false;
 };

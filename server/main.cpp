@@ -104,8 +104,8 @@ void log_change(const status_t& status) {
                                                                : spdlog::level::err;
   static constexpr const char* kStates[] = {"waiting", "starting", "tracking",
                                             "lost",    "paused",   "stopping"};
-  spdlog::log(level, "{}: {}{}{}", kStates[status.state], status.message,
-              status.hint.empty() ? "" : "; ", status.hint);
+  spdlog::log(level, "{}{}{}: {}{}{}", status.camera, status.camera.empty() ? "" : ": ",
+              kStates[status.state], status.message, status.hint.empty() ? "" : "; ", status.hint);
 }
 
 int run_live(const ServerConfig& config, const std::filesystem::path& output,
@@ -124,9 +124,10 @@ int run_live(const ServerConfig& config, const std::filesystem::path& output,
   MappingServer server(config, *opened.bus, log_change);
   spdlog::info("listening on {}", config.lcm_url);
   bool healthy = true;
-  while (healthy && !signals.arrived())
+  while (healthy && !signals.arrived() && !server.told_to_stop())
     healthy = opened.bus->receive(std::chrono::milliseconds(100));
   if (!healthy) spdlog::error("LCM broke off at {}", config.lcm_url);
+  if (server.told_to_stop()) spdlog::info("shut down by command");
   server.stop();
   spdlog::info("stopped");
   if (output.empty()) return healthy ? 0 : kFailed;
@@ -170,7 +171,8 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--output", sequence.output, "folder for trajectories, map and report");
 
   app.add_option("--lcm-url", options.lcm_url, "network to listen and publish on")->group(kLive);
-  app.add_option("--camera", options.camera, "camera to map; default: the first seen")
+  app.add_option("--camera", options.camera,
+                 "the only camera to map; default: every one that is heard, up to max_cameras")
       ->group(kLive);
   app.add_option("--input", options.input, "newest: keep up; lossless: take every frame")
       ->check(one_of(std::vector<std::string>{"newest", "lossless"}))
@@ -233,7 +235,8 @@ int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("eifmap-server"));
   spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
   Options options;
-  CLI::App app("Maps a camera's images: publishes its poses and a map of points.", "eifmap-server");
+  CLI::App app("Maps cameras' images: publishes each one's poses and map of points.",
+               "eifmap-server");
   add_options(app, options);
   try {
     app.parse(argc, argv);

@@ -27,9 +27,10 @@ void append(CommandOutcome& all, CommandOutcome one, const std::string& camera, 
 
 }  // namespace
 
-ServerCommands::ServerCommands(CommandAccess access, Bus& bus, Cameras cameras)
+ServerCommands::ServerCommands(CommandAccess access, Bus& bus, Cameras cameras, OnCounts on_counts)
     : bus_(bus),
       cameras_(std::move(cameras)),
+      on_counts_(std::move(on_counts)),
       reply_channel_(channel_name(kNoCamera, ChannelKind::kReply)),
       desk_(std::string(kNoCamera), std::move(access), *this),
       thread_(&ServerCommands::run, this) {}
@@ -61,11 +62,6 @@ bool ServerCommands::told_to_stop() const {
   return at != 0 && Clock::now().time_since_epoch().count() >= at;
 }
 
-CommandDesk::Counts ServerCommands::counts() const {
-  const std::lock_guard lock(mutex_);
-  return counts_;
-}
-
 void ServerCommands::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
@@ -80,12 +76,13 @@ void ServerCommands::run() {
       // Memory alone: not answered, and so sent again.
     }
     lock.lock();
-    counts_ = desk_.counts();
   }
 }
 
 void ServerCommands::answer(const std::vector<std::uint8_t>& bytes) {
-  if (const auto reply = desk_.answer(bytes, Clock::now())) bus_.publish(reply_channel_, *reply);
+  const auto reply = desk_.answer(bytes, Clock::now());
+  if (on_counts_) on_counts_(desk_.counts());
+  if (reply) bus_.publish(reply_channel_, *reply);
 }
 
 // Not while it is stopped.

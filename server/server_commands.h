@@ -37,8 +37,11 @@ class ServerCommands : private CommandTarget {
   // A server goes on so long after shutdown, to answer who did not get the reply.
   static constexpr auto kLinger = std::chrono::seconds(1);
 
-  // `cameras`: called in its thread. The bus must outlive it.
-  ServerCommands(CommandAccess access, Bus& bus, Cameras cameras);
+  // Told of what was commanded so far, after each command.
+  using OnCounts = std::function<void(const CommandDesk::Counts&)>;
+
+  // Both are called in its thread. The bus must outlive it.
+  ServerCommands(CommandAccess access, Bus& bus, Cameras cameras, OnCounts on_counts = {});
   ~ServerCommands() override;
 
   // Of one message. From any thread.
@@ -46,8 +49,6 @@ class ServerCommands : private CommandTarget {
 
   // Whether shutdown was commanded, and the time to answer who asks again is over.
   bool told_to_stop() const;
-
-  CommandDesk::Counts counts() const;
 
   // What waits is not done.
   void stop();
@@ -77,11 +78,11 @@ class ServerCommands : private CommandTarget {
 
   Bus& bus_;
   const Cameras cameras_;
+  const OnCounts on_counts_;
   const std::string reply_channel_;
   mutable std::mutex mutex_;  // of what follows
   std::condition_variable changed_;
   std::deque<std::vector<std::uint8_t>> waiting_;
-  CommandDesk::Counts counts_;
   bool stopping_ = false;
   std::atomic<Clock::rep> stop_at_ = 0;  // 0: it was not told to
   CommandDesk desk_;                     // in its thread alone

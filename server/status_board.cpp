@@ -131,7 +131,7 @@ std::int8_t level_of(const FrameResult& last) {
 
 StatusBoard::StatusBoard(std::int64_t server_epoch)
     : identity_{}, period_begin_(std::chrono::steady_clock::now()) {
-  identity_.start_utime = now_us();
+  identity_.start_utime = server_epoch;
   identity_.name = "eifmap-server";
   identity_.version = EIFMAP_VERSION;
   identity_.host = host_name();

@@ -180,6 +180,10 @@ constexpr std::array kTexts{
                "begin a new map (eifmap ctl reset) to say its scale"},
     ReasonText{Reason::kInternalError, "INTERNAL_ERROR",
                "a fault inside eifmap; the frame was left out", "please report it with the log"},
+    ReasonText{Reason::kTooManyCameras, "TOO_MANY_CAMERAS",
+               "a camera is not mapped, since the server maps as many as it may",
+               "raise max_cameras in the server's configuration, or start another server with "
+               "--camera for it"},
 };
 
 }  // namespace

@@ -81,6 +81,7 @@ enum class Reason : std::int16_t {
   kMapIsMetric = 149,
   // The server's own
   kInternalError = 60,
+  kTooManyCameras = 64,
 };
 
 struct ReasonText {

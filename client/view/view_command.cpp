@@ -40,12 +40,18 @@ int run(const Options& options, StopSignals& signals) {
     spdlog::warn("whoever reaches {} can look at the map", options.at.address);
   spdlog::info("open {} in a browser; what is shown comes from {}", opened.server->url(),
                options.lcm_url);
+  bool chosen = !options.camera.empty();
   while (!signals.arrived()) {
     if (!bus.bus->receive(milliseconds(10))) {
       spdlog::error("LCM broke off at {}: start `eifmap view` again", options.lcm_url);
       return kFailed;
     }
     feed.tick();
+    if (!chosen && !feed.camera().empty()) {
+      spdlog::info("camera {} is shown, the first that a server spoke of; --camera names another",
+                   feed.camera());
+      chosen = true;
+    }
     opened.server->service();
   }
   return 0;

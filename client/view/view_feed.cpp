@@ -78,9 +78,10 @@ void ViewFeed::receive_status(Bytes bytes) {
   const Clock::time_point now = Clock::now();
   const std::string& camera = status.value.camera;
   if (camera.empty()) {
-    // A server without a camera is this one's only as long as there is no other.
+    // A server without a camera is this one's only as long as there is no other; and where the same
+    // has this camera, it speaks of further ones.
     const bool same = view_.model.server_epoch() == status.value.server_epoch;
-    if (server_has_camera_ && !same && !view_.model.server_is_gone(now)) return;
+    if (server_has_camera_ && (same || !view_.model.server_is_gone(now))) return;
   } else {
     if (!camera_.empty() && camera != camera_) return;
     choose(camera);

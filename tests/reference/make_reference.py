@@ -29,6 +29,7 @@ CHANNELS = """
 | `eifmap.CAMERA.map_request` | map_request_t | who misses parts of the map, or comes late |
 | `eifmap.CAMERA.decision` | decision_t | the server, one a pose: what a replay needs |
 | `eifmap.CAMERA.status` | status_t | the server, every second and on every change |
+| `eifmap.server.status` | status_t | the server, every second, while it maps no camera or refuses one |
 | `eifmap.CAMERA.relative_request` | relative_request_t | who wants two keyframes to each other, with their covariance |
 | `eifmap.CAMERA.relative` | relative_t | the server, one a request |
 | `eifmap.CAMERA.command` | command_t | who commands; CAMERA `server`: all that the server maps |

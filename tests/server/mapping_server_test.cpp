@@ -3,133 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <condition_variable>
-#include <lcm/lcm-cpp.hpp>
-#include <mutex>
-
-#include "bus/lcm_bus.h"
-#include "bus/link.h"
-#include "convert/camera_message.h"
-#include "convert/feature_message.h"
-#include "convert/map_message.h"
-#include "convert/measurement_message.h"
-#include "convert/relative_message.h"
-#include "convert/status_message.h"
 #include "decision.h"
-#include "published/map_follower.h"
+#include "server/server_network.h"
 #include "support/feature_world.h"
 
 namespace eifmap {
 namespace {
-
-using namespace std::chrono_literals;
-
-// One memq:// network with a server, a publisher and a listener on it, and a thread that hands the
-// messages out.
-class Network {
- public:
-  explicit Network(const ServerConfig& config)
-      : lcm_(std::make_shared<lcm::LCM>("memq://")), bus_(lcm_), listener_(lcm_) {
-    listen(ChannelKind::kPose, [this](Bytes bytes) {
-      const Decoded<PublishedPose> pose = decode_pose(bytes);
-      EXPECT_TRUE(pose.ok()) << pose.detail;
-      poses.push_back(pose.value.result);
-      ++pose_count;
-    });
-    listen(ChannelKind::kMap, [this](Bytes bytes) {
-      EXPECT_LE(bytes.size(), static_cast<std::size_t>(kThisHost.message_bytes));
-      const Decoded<map_part_t> part = decode_map_part(bytes);
-      EXPECT_TRUE(part.ok()) << part.detail;
-      map.take(part.value, {});
-      if (also_take) also_take(part.value);
-    });
-    listen(ChannelKind::kRelative, [this](Bytes bytes) {
-      const Decoded<RelativeAnswer> answer = decode_relative(bytes);
-      EXPECT_TRUE(answer.ok()) << answer.detail;
-      answers.push_back(answer.value);
-    });
-    listen(ChannelKind::kStatus, [this](Bytes bytes) {
-      const Decoded<status_t> status = decode_status(bytes);
-      EXPECT_TRUE(status.ok()) << status.detail;
-      statuses.push_back(status.value);
-      ++status_count;
-      stopped_ = status.value.state == status_t::STATE_STOPPING;
-    });
-    server.emplace(config, bus_);
-    // Subscribed after the server, so handed out after it: what is counted, the server has.
-    listener_.subscribe("eifmap\\..*\\.(calibration|image|features|measurement|.*request)", 0,
-                        [this](const std::string&, Bytes) { ++handed_out_; });
-    dispatcher_ = std::thread([this] {
-      while (!done_) bus_.receive(10ms);
-    });
-  }
-  ~Network() { finish(); }
-
-  void publish(const Channel& channel, Bytes bytes) {
-    bus_.publish(channel_name(channel.camera, channel.kind), bytes);
-    ++published_;
-  }
-  void publish(const FeatureFrame& frame) {
-    publish({frame.camera, ChannelKind::kFeatures}, encode(to_message(frame)));
-  }
-  void publish(const AbsoluteMeasurement& measurement) {
-    publish({"cam0", ChannelKind::kMeasurement},
-            encode(to_message(NamedMeasurement{"cam0", measurement})));
-  }
-  void publish(const Camera& camera, const std::string& name = "cam0") {
-    publish({name, ChannelKind::kCalibration}, encode(to_message(NamedCamera{1, name, camera})));
-  }
-
-  // Waits until the server has mapped all that was published.
-  void settle() {
-    for (int i = 0; i < 60000 && handed_out_ < published_; ++i) std::this_thread::sleep_for(1ms);
-    ASSERT_EQ(handed_out_, published_);
-    ASSERT_TRUE(server->wait_until_idle(60s));
-  }
-
-  // Stops the server and waits for its last word: the lists below may then be read.
-  void finish() {
-    if (!dispatcher_.joinable()) return;
-    server->stop();
-    for (int i = 0; i < 60000 && !stopped_; ++i) std::this_thread::sleep_for(1ms);
-    EXPECT_TRUE(stopped_);
-    done_ = true;
-    dispatcher_.join();
-    server.reset();  // while its bus is still there
-  }
-
-  std::optional<MappingServer> server;
-  std::vector<FrameResult> poses;
-  MapFollower map{1};
-  std::function<void(const map_part_t&)> also_take;
-  std::vector<RelativeAnswer> answers;
-  std::vector<status_t> statuses;
-  std::atomic<int> status_count = 0, pose_count = 0;
-
- private:
-  void listen(ChannelKind kind, std::function<void(Bytes)> handler) {
-    listener_.subscribe(channel_pattern("", kind), 0,
-                        [handler](const std::string&, Bytes bytes) { handler(bytes); });
-  }
-
-  std::shared_ptr<lcm::LCM> lcm_;
-  LcmBus bus_, listener_;
-  std::atomic<bool> done_ = false, stopped_ = false;
-  std::atomic<int> published_ = 0, handed_out_ = 0;
-  std::thread dispatcher_;
-};
-
-ServerConfig lossless() {
-  ServerConfig config;
-  config.input = InputMode::kLossless;
-  return config;
-}
-
-std::string figure(const status_t& status, const std::string& key) {
-  for (const diagnostic_t& entry : status.diagnostics)
-    if (entry.key == key) return entry.value;
-  return "";
-}
 
 TEST(MappingServer, PublishesWhatTheMapperSaysToTheBit) {
   constexpr int kFrames = 40;
@@ -141,10 +20,10 @@ TEST(MappingServer, PublishesWhatTheMapperSaysToTheBit) {
   network.finish();
 
   Mapper mapper(synthetic_camera(), {});
-  ASSERT_EQ(network.poses.size(), static_cast<std::size_t>(kFrames));
+  ASSERT_EQ(network.of("cam0").poses.size(), static_cast<std::size_t>(kFrames));
   for (int i = 0; i < kFrames; ++i) {
     const FrameResult expected = mapper.process(stream.frame(i));
-    const FrameResult& pose = network.poses[static_cast<std::size_t>(i)];
+    const FrameResult& pose = network.of("cam0").poses[static_cast<std::size_t>(i)];
     EXPECT_EQ(pose.time_us, expected.time_us);
     EXPECT_EQ(pose.seq, i);
     EXPECT_EQ(pose.state, expected.state);
@@ -154,15 +33,15 @@ TEST(MappingServer, PublishesWhatTheMapperSaysToTheBit) {
     EXPECT_EQ(pose.map_from_camera.rotation.coeffs(), expected.map_from_camera.rotation.coeffs());
     EXPECT_EQ(pose.covariance, expected.covariance);
   }
-  EXPECT_EQ(network.poses.back().state, TrackingState::kTracking);
-  EXPECT_EQ(static_cast<std::int64_t>(network.map.map().keyframes().size()),
+  EXPECT_EQ(network.of("cam0").poses.back().state, TrackingState::kTracking);
+  EXPECT_EQ(static_cast<std::int64_t>(network.of("cam0").map.map().keyframes().size()),
             mapper.statistics().keyframes);
-  EXPECT_EQ(static_cast<std::int64_t>(network.map.map().landmarks().size()),
+  EXPECT_EQ(static_cast<std::int64_t>(network.of("cam0").map.map().landmarks().size()),
             mapper.statistics().landmarks);
-  EXPECT_FALSE(network.map.is_stale());
-  EXPECT_EQ(network.poses.back().map_seq, network.map.map().seq());
+  EXPECT_FALSE(network.of("cam0").map.is_stale());
+  EXPECT_EQ(network.of("cam0").poses.back().map_seq, network.of("cam0").map.map().seq());
 
-  const status_t& last = network.statuses.back();
+  const status_t& last = network.of("cam0").statuses.back();
   EXPECT_EQ(last.state, status_t::STATE_STOPPING);
   EXPECT_EQ(last.camera, "cam0");
   EXPECT_EQ(last.frames_received, kFrames);
@@ -194,18 +73,18 @@ TEST(MappingServer, BecomesMetricWithTheMeasurementsThatCome) {
   }
   network.settle();
   network.finish();
-  ASSERT_EQ(network.poses.size(), static_cast<std::size_t>(kFrames));
+  ASSERT_EQ(network.of("cam0").poses.size(), static_cast<std::size_t>(kFrames));
   int metric = 0;
-  for (const FrameResult& pose : network.poses) {
+  for (const FrameResult& pose : network.of("cam0").poses) {
     metric += pose.map_epoch == 1;
     EXPECT_EQ(pose.scale.status == ScaleStatus::kFixed, pose.map_epoch == 1);
   }
   EXPECT_GT(metric, 20);
   EXPECT_LT(metric, kFrames - 5);
-  const FrameResult& last = network.poses.back();
+  const FrameResult& last = network.of("cam0").poses.back();
   EXPECT_NEAR(last.map_from_camera.translation.norm(), 0.1 * (kFrames - 1), 0.05);
   EXPECT_GT(last.scale.sigma, 0);
-  const status_t& status = network.statuses.back();
+  const status_t& status = network.of("cam0").statuses.back();
   EXPECT_EQ(status.scale, status_t::SCALE_METRIC);
   EXPECT_EQ(status.metres_per_unit, last.scale.metres_per_unit);
   EXPECT_GT(status.sigma_log_scale, 0);
@@ -221,9 +100,9 @@ TEST(MappingServer, BecomesMetricWithTheMeasurementsThatCome) {
       << "all but the one that could not be read";
   EXPECT_EQ(status.bad_messages, 1);
   // What was put together from the parts is the metric map, and only that.
-  EXPECT_EQ(network.map.map().map_epoch(), 1);
-  EXPECT_FALSE(network.map.is_stale());
-  const auto& keyframes = network.map.map().keyframes();
+  EXPECT_EQ(network.of("cam0").map.map().map_epoch(), 1);
+  EXPECT_FALSE(network.of("cam0").map.is_stale());
+  const auto& keyframes = network.of("cam0").map.map().keyframes();
   const keyframe_t &first = keyframes.begin()->second, &newest = keyframes.rbegin()->second;
   const double moved_s = 1e-6 * static_cast<double>(newest.utime - first.utime);
   const Eigen::Vector3d moved = Eigen::Vector3d(newest.position) - Eigen::Vector3d(first.position);
@@ -237,10 +116,10 @@ TEST(MappingServer, ALateClientGetsTheMapByAsking) {
   network.publish(synthetic_camera());
   for (int i = 0; i < 40; ++i) network.publish(stream.frame(i));
   network.settle();
-  const std::int64_t seq = network.map.map().seq();
+  const std::int64_t seq = network.of("cam0").map.map().seq();
   std::mutex mutex;  // parts come in the dispatcher's thread
   MapFollower late(7);
-  late.hear("cam0", network.map.map().server_epoch(), seq, {});
+  late.hear("cam0", network.of("cam0").map.map().server_epoch(), seq, {});
   network.also_take = [&, n = 0](const map_part_t& part) mutable {
     const std::lock_guard lock(mutex);
     if (n++ % 3 != 1) late.take(part, MapFollower::TimePoint{1h});
@@ -263,9 +142,9 @@ TEST(MappingServer, ALateClientGetsTheMapByAsking) {
   network.settle();
   network.finish();
   EXPECT_FALSE(late.is_stale());
-  EXPECT_EQ(encode(late.map().whole()), encode(network.map.map().whole()));
+  EXPECT_EQ(encode(late.map().whole()), encode(network.of("cam0").map.map().whole()));
   EXPECT_GE(late.counts().requests, 2);
-  const status_t& last = network.statuses.back();
+  const status_t& last = network.of("cam0").statuses.back();
   EXPECT_EQ(last.map_seq, seq);
   EXPECT_EQ(last.map_digest, late.map().digest());
   EXPECT_EQ(figure(last, "map_requests"), std::to_string(late.counts().requests));
@@ -287,9 +166,10 @@ TEST(MappingServer, PartsOfTheMapBeforeAreDropped) {
     frame.calibration_id = changed.id();
     network.publish(frame);
   }
-  for (int i = 0; i < 60000 && network.pose_count < 240; ++i) std::this_thread::sleep_for(1ms);
+  for (int i = 0; i < 60000 && network.of("cam0").pose_count < 240; ++i)
+    std::this_thread::sleep_for(1ms);
   network.finish();
-  const status_t& last = network.statuses.back();
+  const status_t& last = network.of("cam0").statuses.back();
   EXPECT_EQ(last.frames_processed, 240);
   const std::size_t left = last.message.find("; ");
   ASSERT_NE(left, std::string::npos) << last.message;
@@ -307,6 +187,8 @@ TEST(MappingServer, OutlivesWhatItsSurroundingsThrow) {
     }
     void unsubscribe_all() override { handlers_.clear(); }
     bool publish(const std::string& channel, Bytes bytes) override {
+      const std::lock_guard lock(mutex_);
+      if (parse_channel(channel)->camera == kNoCamera) return true;
       if (parse_channel(channel)->kind != ChannelKind::kStatus)
         throw std::runtime_error("the wire is cut");
       last = decode_status(bytes).value;
@@ -319,6 +201,7 @@ TEST(MappingServer, OutlivesWhatItsSurroundingsThrow) {
     status_t last{};
 
    private:
+    std::mutex mutex_;
     std::vector<Handler> handlers_;
     int statuses_ = 0;
   } bus;
@@ -357,14 +240,15 @@ TEST(MappingServer, NewestAccountsForEveryFrame) {
   for (int i = 0; i < kFrames; ++i) network.publish(stream.frame(i, 0.02));
   network.settle();
   network.finish();
-  const status_t& last = network.statuses.back();
+  const status_t& last = network.of("cam0").statuses.back();
   EXPECT_EQ(last.frames_received, kFrames);
   EXPECT_EQ(last.frames_processed + last.frames_dropped, kFrames);
   EXPECT_GT(last.frames_dropped, 0) << "200 frames at once must not all be mapped";
   EXPECT_EQ(last.sequence_gaps, 0) << "what the server drops is no loss of the network";
-  ASSERT_FALSE(network.poses.empty());
-  EXPECT_EQ(network.poses.back().seq, kFrames - 1) << "the newest is never the one dropped";
-  EXPECT_EQ(static_cast<std::int64_t>(network.poses.size()), last.frames_processed);
+  ASSERT_FALSE(network.of("cam0").poses.empty());
+  EXPECT_EQ(network.of("cam0").poses.back().seq, kFrames - 1)
+      << "the newest is never the one dropped";
+  EXPECT_EQ(static_cast<std::int64_t>(network.of("cam0").poses.size()), last.frames_processed);
 }
 
 // With time between the frames, and without: what is counted is not decided by timing.
@@ -383,8 +267,8 @@ TEST(MappingServer, FramesAreCountedUntilAKeyframeIsAdopted) {
     }
     network.settle();
     network.finish();
-    EXPECT_FALSE(network.map.is_stale());
-    poses[idle] = network.poses;
+    EXPECT_FALSE(network.of("cam0").map.is_stale());
+    poses[idle] = network.of("cam0").poses;
   }
   ASSERT_EQ(poses[0].size(), static_cast<std::size_t>(kFrames));
   ASSERT_EQ(poses[1].size(), static_cast<std::size_t>(kFrames));
@@ -406,11 +290,12 @@ TEST(MappingServer, ADoneKeyframeWaitsForNoFrame) {
     network.settle();
   }
   network.finish();
-  for (const FrameResult& pose : network.poses) published = std::max(published, pose.map_seq);
+  for (const FrameResult& pose : network.of("cam0").poses)
+    published = std::max(published, pose.map_seq);
   EXPECT_GT(published, 3);
-  EXPECT_FALSE(network.map.is_stale());
-  EXPECT_EQ(network.statuses.back().num_keyframes,
-            static_cast<int>(network.map.map().keyframes().size()));
+  EXPECT_FALSE(network.of("cam0").map.is_stale());
+  EXPECT_EQ(network.of("cam0").statuses.back().num_keyframes,
+            static_cast<int>(network.of("cam0").map.map().keyframes().size()));
 }
 
 TEST(MappingServer, StatusSaysWhatIsWrong) {
@@ -421,14 +306,10 @@ TEST(MappingServer, StatusSaysWhatIsWrong) {
   network.publish(synthetic_camera());
   network.publish({"cam0", ChannelKind::kFeatures}, std::vector<std::uint8_t>(100, 7));
   network.publish(stream.frame(1));
-  FeatureFrame foreign = stream.frame(2);
-  foreign.camera = "cam1";
-  network.settle();
-  network.publish(foreign);
   network.settle();
   network.finish();
   bool no_calibration = false;
-  for (const status_t& status : network.statuses)
+  for (const status_t& status : network.of("cam0").statuses)
     if (status.reason == static_cast<std::int16_t>(Reason::kNoCalibration)) {
       no_calibration = true;
       EXPECT_EQ(status.level, status_t::LEVEL_ERROR);
@@ -436,11 +317,11 @@ TEST(MappingServer, StatusSaysWhatIsWrong) {
       EXPECT_NE(status.hint, "");
     }
   EXPECT_TRUE(no_calibration);
-  const status_t& last = network.statuses.back();
+  const status_t& last = network.of("cam0").statuses.back();
   EXPECT_EQ(last.frames_processed, 1);
-  EXPECT_EQ(last.frames_rejected, 4) << "two without calibration, one malformed, one foreign";
+  EXPECT_EQ(last.frames_rejected, 3) << "two without calibration, one malformed";
   EXPECT_EQ(last.bad_messages, 1);
-  EXPECT_EQ(network.poses.size(), 1u) << "rejected frames have no pose";
+  EXPECT_EQ(network.of("cam0").poses.size(), 1u) << "rejected frames have no pose";
 }
 
 TEST(MappingServer, StatusHasTheNumbersOfEachPublisher) {
@@ -458,7 +339,9 @@ TEST(MappingServer, StatusHasTheNumbersOfEachPublisher) {
   publish(8, {4, 6, 6, 9});
   network.settle();
   network.finish();
-  const auto said = [&](const char* key) { return figure(network.statuses.back(), key); };
+  const auto said = [&](const char* key) {
+    return figure(network.of("cam0").statuses.back(), key);
+  };
   EXPECT_EQ(said("publisher_restarts"), "1");
   EXPECT_EQ(said("publisher.id"), "8");
   EXPECT_EQ(said("publisher.frames"), "4");
@@ -467,29 +350,31 @@ TEST(MappingServer, StatusHasTheNumbersOfEachPublisher) {
   EXPECT_NE(said("publisher.clock_offset_us"), "");
   EXPECT_EQ(said("publisher.before_1.id"), "7");
   EXPECT_EQ(said("publisher.before_1.missing"), "1");
-  EXPECT_EQ(network.statuses.back().sequence_gaps, 4);
+  EXPECT_EQ(network.of("cam0").statuses.back().sequence_gaps, 4);
 }
 
 TEST(MappingServer, StopsWhileTheInboxIsFull) {
   ServerConfig config = lossless();
+  config.camera = "cam0";     // so that the receiving thread waits for room
   config.max_queued_mib = 1;  // about ten frames
   const SyntheticStream stream;
   Network network(config);
   network.publish(synthetic_camera());
   for (int i = 0; i < 100; ++i) network.publish(stream.frame(i));
   network.finish();
-  EXPECT_EQ(network.statuses.back().state, status_t::STATE_STOPPING);
+  EXPECT_EQ(network.of("cam0").statuses.back().state, status_t::STATE_STOPPING);
 }
 
 TEST(MappingServer, StatusComesWithoutAnyInput) {
   ServerConfig config;
   config.status_period_s = 0.02;
   Network network(config);
-  for (int i = 0; i < 60000 && network.status_count < 3; ++i) std::this_thread::sleep_for(1ms);
+  for (int i = 0; i < 60000 && network.own.status_count < 3; ++i) std::this_thread::sleep_for(1ms);
   network.finish();
-  EXPECT_GE(network.statuses.size(), 3u);
-  EXPECT_EQ(network.statuses.front().state, status_t::STATE_WAITING);
-  EXPECT_NE(network.statuses.front().hint, "");
+  EXPECT_GE(network.own.statuses.size(), 3u);
+  EXPECT_EQ(network.own.statuses.front().state, status_t::STATE_WAITING);
+  EXPECT_NE(network.own.statuses.front().hint, "");
+  EXPECT_EQ(network.own.statuses.back().state, status_t::STATE_STOPPING);
 }
 
 // One that asks for what is not there is told so, one that cannot be read is counted.
@@ -525,8 +410,8 @@ TEST(MappingServer, AnswersWhereAKeyframeIsSeenFromAnother) {
   const RelativeAnswer& answer = network.answers[1];
   EXPECT_EQ(answer.view.a_from_b.translation, expected->a_from_b.translation);
   EXPECT_EQ(answer.view.covariance, expected->covariance);
-  EXPECT_EQ(answer.map_seq, network.map.map().seq());
-  EXPECT_GE(network.statuses.back().bad_messages, 1);
+  EXPECT_EQ(answer.map_seq, network.of("cam0").map.map().seq());
+  EXPECT_GE(network.of("cam0").statuses.back().bad_messages, 1);
 }
 
 }  // namespace
