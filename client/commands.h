@@ -19,5 +19,6 @@ Command add_publish_command(CLI::App& app);
 Command add_log_command(CLI::App& app);
 Command add_eval_command(CLI::App& app);
 Command add_view_command(CLI::App& app);
+Command add_ctl_command(CLI::App& app);
 
 }  // namespace eifmap

@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", EIFMAP_VERSION);
   app.require_subcommand(1);
   const Command commands[] = {add_publish_command(app), add_log_command(app), add_eval_command(app),
-                              add_view_command(app)};
+                              add_view_command(app), add_ctl_command(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

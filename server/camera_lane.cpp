@@ -23,24 +23,27 @@ constexpr std::chrono::seconds kLastSend(5);
 
 }  // namespace
 
-CameraLane::CameraLane(const ServerConfig& config, Bus& bus, std::int64_t server_epoch,
+CameraLane::CameraLane(const ServerConfig& config, Bus& bus, const CommandAccess& access,
                        OnChange on_change, OnStep on_step)
     : camera_(config.camera),
       status_period_(std::chrono::duration_cast<Clock::duration>(
           std::chrono::duration<double>(config.status_period_s))),
       bus_(bus),
       on_change_(std::move(on_change)),
-      origin_{server_epoch, config.camera},
+      origin_{access.server_epoch, config.camera},
       inbox_(config.input, static_cast<std::size_t>(std::max(config.max_queued_mib, 1)) << 20),
       parts_([this](Bytes frame, bool may_wait) {
         inbox_.put({camera_, ChannelKind::kFeatures}, frame, may_wait);
       }),
       mapper_(config),
       maps_({config.part_bytes(), config.map_bytes_per_s}),
-      board_(server_epoch),
+      board_(access.server_epoch),
+      commands_(
+          access.server_epoch, mapper_, maps_, board_,
+          [this](ChannelKind kind, const std::vector<std::uint8_t>& bytes) { send(kind, bytes); }),
+      desk_(camera_, access, commands_),
       next_status_(Clock::now()),
       next_reason_(Clock::now()) {
-  require_camera_name(camera_);
   if (on_step) mapper_.set_step_observer(std::move(on_step));
   thread_ = std::thread(&CameraLane::run, this);
 }
@@ -51,14 +54,42 @@ CameraLane::~CameraLane() {
 }
 
 void CameraLane::receive(ChannelKind kind, Bytes bytes, bool may_wait) {
-  if (kind == ChannelKind::kFeatures)
+  if (kind == ChannelKind::kCommand)
+    order([this, command = std::vector<std::uint8_t>(bytes.begin(), bytes.end())] {
+      if (const auto reply = desk_.answer(command, Clock::now())) send(ChannelKind::kReply, *reply);
+    });
+  else if (kind == ChannelKind::kFeatures)
     parts_.take(bytes, Clock::now(), may_wait);
   else
     inbox_.put({camera_, kind}, bytes, may_wait);
 }
 
+// Where the inbox is full, and this does not go in, its taker does not sleep either.
+void CameraLane::order(OrderQueue::Order order) {
+  if (orders_.push(std::move(order))) inbox_.put({camera_, ChannelKind::kCommand}, {}, false);
+}
+
+std::future<CommandOutcome> CameraLane::command(
+    std::function<CommandOutcome(CommandTarget&)> action) {
+  const auto task = std::make_shared<std::packaged_task<CommandOutcome()>>(
+      [this, action = std::move(action)] { return action(commands_); });
+  std::future<CommandOutcome> outcome = task->get_future();
+  order([task] { (*task)(); });
+  return outcome;
+}
+
+void CameraLane::do_orders() {
+  const std::vector<OrderQueue::Order> orders = orders_.take();
+  if (orders.empty()) return;
+  for (const OrderQueue::Order& order : orders) guarded(order);
+  maps_beside_ = mapper_.maps_beside();
+  parts_wait_ = true;  // of a snapshot, maybe
+  tell_changes();
+}
+
 void CameraLane::run() {
   while (!stopping_) guarded([this] { take_turn(); });
+  orders_.close();
   guarded([this] { adopt_keyframe(true); });
   guarded([this] {
     mapper_.wait_until_saved();
@@ -89,6 +120,7 @@ void CameraLane::guarded(Action action) {
 
 void CameraLane::take_turn() {
   publish_saved();
+  do_orders();
   if (Clock::now() >= next_status_) publish_status(true);
   const Clock::time_point deadline = std::min(
       {next_status_, send_parts().value_or(next_status_),
@@ -113,6 +145,8 @@ void CameraLane::take_message(const Received& message) {
       return take_request(message);
     case ChannelKind::kMapRequest:
       return take_map_request(message);
+    case ChannelKind::kCommand:
+      return;  // it woke us, for do_orders()
     default:
       return take_frame(message);
   }
@@ -166,7 +200,15 @@ void CameraLane::take_map_request(const Received& message) {
   parts_wait_ = true;
 }
 
+// Its number is no gap, and of what came before it is told, too.
+void CameraLane::leave_out(const Received& message) {
+  mapper_.note_dropped(message.dropped_before + 1);
+  board_.note_paused_frame();
+  adopt_keyframe(false);
+}
+
 void CameraLane::take_frame(const Received& message) {
+  if (board_.is_paused()) return leave_out(message);
   CameraMapper::Mapped mapped;
   try {
     mapped = map_frame(message);
@@ -239,7 +281,7 @@ std::optional<CameraLane::Clock::time_point> CameraLane::send_parts() {
 }
 
 void CameraLane::tell_changes() {
-  const std::pair<TrackingState, Reason> headline = board_.headline();
+  const StatusBoard::Headline headline = board_.headline();
   if (headline == told_) return;
   const Clock::time_point now = Clock::now();
   if (headline.first == told_.first && now < next_reason_) return;
@@ -253,12 +295,13 @@ status_t CameraLane::publish_status(bool new_period) {
   const Inbox::Counts counts = inbox_.counts();
   const Clock::time_point now = Clock::now();
   if (new_period) next_status_ = now + status_period_;
-  const status_t status = board_.make(
-      camera_,
-      {counts.frames, counts.dropped, /*foreign_frames=*/0, /*bad_channels=*/0,
-       mapper_.calibration_is_guessed(), parts_.counts(), mapper_.measurements(),
-       counts.measurements_dropped, maps_.map().seq(), maps_.map().digest(), maps_.counts()},
-      mapper_.streams(), mapper_.statistics(), now, new_period);
+  const status_t status =
+      board_.make(camera_,
+                  {counts.frames, counts.dropped, /*foreign_frames=*/0, /*bad_channels=*/0,
+                   mapper_.calibration_is_guessed(), parts_.counts(), mapper_.measurements(),
+                   counts.measurements_dropped, maps_.map().seq(), maps_.map().digest(),
+                   maps_.counts(), desk_.counts()},
+                  mapper_.streams(), mapper_.statistics(), now, new_period);
   send(ChannelKind::kStatus, encode(status));
   const std::lock_guard lock(last_status_mutex_);
   last_status_ = status;

@@ -12,16 +12,20 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <mutex>
 #include <string>
 #include <string_view>
 #include <thread>
 
 #include "bus/bus.h"
+#include "server/camera_commands.h"
 #include "server/camera_mapper.h"
+#include "server/command_desk.h"
 #include "server/config.h"
 #include "server/inbox.h"
 #include "server/map_publisher.h"
+#include "server/order_queue.h"
 #include "server/part_collector.h"
 #include "server/status_board.h"
 
@@ -37,7 +41,7 @@ class CameraLane {
 
   // Of the camera that the configuration names. Starts the mapping thread. The bus, on which it
   // only publishes, must outlive it. Throws std::invalid_argument with config.problem().
-  CameraLane(const ServerConfig& config, Bus& bus, std::int64_t server_epoch, OnChange on_change,
+  CameraLane(const ServerConfig& config, Bus& bus, const CommandAccess& access, OnChange on_change,
              OnStep on_step);
   ~CameraLane();
   CameraLane(const CameraLane&) = delete;
@@ -46,6 +50,10 @@ class CameraLane {
   // A message of this camera: moves its bytes, and puts parts together, no more. From one thread.
   // `may_wait`: for room, when lossless; else what has none is dropped and counted.
   void receive(ChannelKind kind, Bytes bytes, bool may_wait);
+
+  // Has it done in the mapping thread, between two frames, before those that wait. From any thread.
+  // The future has std::future_error where the lane ends before that, or too much waits.
+  std::future<CommandOutcome> command(std::function<CommandOutcome(CommandTarget&)> action);
 
   // Waits until every message received so far is mapped and the map is published. False at the
   // time-out.
@@ -69,6 +77,8 @@ class CameraLane {
   template <class Action>
   void guarded(Action action);
   void take_turn();
+  void order(OrderQueue::Order order);
+  void do_orders();
   void take_message(const Received& message);
   void take_calibration(const Received& message);
   void take_measurement(const Received& message);
@@ -77,6 +87,7 @@ class CameraLane {
   void take_request(const Received& message);
   void take_map_request(const Received& message);
   void take_frame(const Received& message);
+  void leave_out(const Received& message);
   CameraMapper::Mapped map_frame(const Received& message);
   void resume();
   void publish_map(const MapUpdate& update, std::int64_t time_us);
@@ -99,9 +110,12 @@ class CameraLane {
   std::deque<map_part_t> unsaved_;  // updates that wait until what they acknowledge is on the disk
   StatusBoard board_;
   std::int64_t last_time_us_ = 0;  // of the frame mapped last
-  std::pair<TrackingState, Reason> told_{};
   mutable std::mutex last_status_mutex_;
   status_t last_status_{};
+  CameraCommands commands_;
+  CommandDesk desk_;
+  OrderQueue orders_;
+  StatusBoard::Headline told_{};
   Clock::time_point next_status_, next_reason_;
   std::atomic<bool> parts_wait_ = false, maps_beside_ = false, saves_ = false, stopping_ = false;
   std::thread thread_;

@@ -8,6 +8,7 @@
 #include "convert/feature_message.h"
 #include "features/front_end.h"
 #include "frame_check.h"
+#include "sequence/number_text.h"
 #include "server/image_decoder.h"
 
 namespace eifmap {
@@ -122,13 +123,13 @@ void CameraMapper::change_calibration(const std::string& camera) {
   if (mapper_) begin_map(camera, calibrations_.at(camera));
 }
 
-void CameraMapper::begin_map(const std::string& camera, const Camera& calibration) {
+void CameraMapper::begin_map(const std::string& camera, const Camera& calibration, bool stored) {
   camera_ = camera;
   record_ = {};
   timer_ = {};
   if (keyframes_) keyframes_->discard();
   mapper_.emplace(calibration, config_.mapper);
-  mapper_->restore(stored_maps(calibration));
+  mapper_->restore(stored_maps(calibration, stored));
   if (keyframes_) mapper_->set_keyframe_runner(&*keyframes_, true);
   mapper_->set_step_observer([this](std::string_view step, bool begins) {
     timer_.observe(step, begins);
@@ -247,6 +248,7 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
         rejected(Reason::kFilterFailed, std::string("the map was given up: ") + error.what());
     return;
   }
+  if (!mapped.result.rejected) mapped.result.after_reset = std::exchange(was_reset_, false);
   if (mapped.result.map_id > 0) {
     mapped.result.map_seq = map_seq_;
     note_published(mapped.result.map_id, mapped.result.map_epoch);
@@ -272,6 +274,54 @@ void CameraMapper::note_published(std::int64_t map_id, std::int64_t epoch) {
   map_id_ = map_id;
   largest_map_id_ = std::max(largest_map_id_, map_id);
   largest_epoch_ = std::max(largest_epoch_, epoch);
+}
+
+bool CameraMapper::reset() {
+  if (!mapper_) return false;
+  begin_map(camera_, *calibration_of(camera_), false);
+  extractor_ = FeatureExtractor(config_.features);
+  was_reset_ = true;
+  return true;
+}
+
+CameraMapper::SaidScale CameraMapper::say_scale(double metres_per_unit, double sigma,
+                                                MeasurementId id) {
+  constexpr std::size_t kLatest = 100;  // whose frames the mapper remembers
+  const double max_sigma = config_.mapper.measurement.max_scale_sigma;
+  if (sigma > max_sigma)
+    return {Reason::kBadArguments,
+            "sigma is above " + exact_text(max_sigma) + ", measurement.max_scale_sigma"};
+  std::vector<KeyframeView> keyframes;
+  if (mapper_) keyframes = mapper_->keyframes();
+  if (keyframes.size() < 2) return {Reason::kNoMap, "two keyframes are needed"};
+  if (statistics().scale.status == ScaleStatus::kFixed)
+    return {Reason::kMapIsMetric,
+            "by now " + exact_text(statistics().scale.metres_per_unit) + " m a unit as it began"};
+  if (keyframes.size() > kLatest) keyframes.erase(keyframes.begin(), keyframes.end() - kLatest);
+  SaidScale said;
+  AbsoluteMeasurement& m = said.measurement.measurement;
+  for (const KeyframeView& a : keyframes)
+    for (const KeyframeView& b : keyframes) {
+      const double length =
+          metres_per_unit * (a.map_from_camera.translation - b.map_from_camera.translation).norm();
+      if (a.time_us >= b.time_us || length <= m.length) continue;
+      m.time_us = a.time_us;
+      m.until_us = b.time_us;
+      m.length = length;
+    }
+  if (m.length == 0) return {Reason::kNoMap, "all keyframes are at one place"};
+  m.id = id;
+  m.kind = MeasurementKind::kDistance;
+  m.sigma = sigma * m.length;
+  said.measurement.camera = camera_;
+  MeasurementIntake::Taken taken = measurements_.take_own(said.measurement);
+  said.reason = taken.reason;
+  said.detail = std::move(taken.detail);
+  return said;
+}
+
+std::vector<std::int64_t> CameraMapper::kept_maps() const {
+  return statistics().submaps.kept_ids;
 }
 
 RelativeAnswer CameraMapper::answer(const RelativeRequest& request) const {

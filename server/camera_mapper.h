@@ -87,6 +87,20 @@ class CameraMapper {
   std::optional<MapUpdate> adopt_keyframe(bool wait);
   bool maps_beside() const;  // a job runs, or waits for adopt_keyframe()
 
+  // Gives up all maps: the next frame begins another, as if it were the first, and results are of
+  // what comes from then on. False where nothing was mapped yet.
+  bool reset();
+
+  // Says what the map's unit is: as a distance of two of its keyframes, which enters the map as
+  // every absolute measurement does, with the next keyframe, and is replayed as one.
+  struct SaidScale {
+    Reason reason = Reason::kNone;
+    std::string detail;
+    NamedMeasurement measurement = {};  // that was taken, where there is no reason against it
+  };
+  // `sigma`: relative; `id`: one that no other measurement has.
+  SaidScale say_scale(double metres_per_unit, double sigma, MeasurementId id);
+
   // Frames that the server itself dropped before the next one are no gap in their numbers.
   void note_dropped(std::int64_t frames) { dropped_ += frames; }
 
@@ -94,6 +108,11 @@ class CameraMapper {
   void set_step_observer(std::function<void(std::string_view, bool)> observer) {
     step_observer_ = std::move(observer);
   }
+
+  std::int64_t map_id() const { return map_id_; }  // published last; 0 none
+  std::int64_t map_epoch() const { return map_epoch_; }
+  // Of maps kept beside the one in use, as they were published.
+  std::vector<std::int64_t> kept_maps() const;
 
   const std::string& camera() const { return camera_; }  // that is mapped; "" none yet
   MapperStatistics statistics() const;
@@ -118,8 +137,9 @@ class CameraMapper {
   void give_measurements();
   MapUpdate next_update();
   void note_published(std::int64_t map_id, std::int64_t epoch);
-  void begin_map(const std::string& camera, const Camera& calibration);
-  MapperSnapshot stored_maps(const Camera& calibration);
+  // `stored`: with the maps on the disk, if any; else they are given up, once there is another.
+  void begin_map(const std::string& camera, const Camera& calibration, bool stored = true);
+  MapperSnapshot stored_maps(const Camera& calibration, bool stored);
   void note_arrival(std::int64_t publisher, std::int64_t seq, std::int64_t time_us);
   void guess_calibration(const Channel& channel, Bytes bytes);
 
@@ -140,6 +160,7 @@ class CameraMapper {
   StreamBook streams_;
   MeasurementIntake measurements_;
   std::int64_t received_us_ = 0, dropped_ = 0;  // of the frame in work, before it
+  bool was_reset_ = false;                      // since the last frame that was taken
   RunRecord record_;
   StepTimer timer_;
   std::function<void(std::string_view, bool)> step_observer_;

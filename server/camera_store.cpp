@@ -7,14 +7,14 @@
 namespace eifmap {
 
 // What a mapper of this calibration begins with. Ids go on after all that were published or saved.
-MapperSnapshot CameraMapper::stored_maps(const Camera& calibration) {
+MapperSnapshot CameraMapper::stored_maps(const Camera& calibration, bool stored) {
   MapperSnapshot begin;
   if (!config_.maps_folder.empty() && !saver_ && saver_problem_.empty()) {
     saver_.emplace(std::filesystem::path(config_.maps_folder) / camera_);
     saver_problem_ = saver_->open();
     if (!saver_problem_.empty()) saver_.reset();
   }
-  if (saver_) {
+  if (saver_ && stored) {
     saver_->wait_until_idle();
     MapStore::Loaded loaded = saver_->load(calibration, config_.mapper);
     for (const MapStore::Refused& file : loaded.refused)

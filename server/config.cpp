@@ -214,6 +214,7 @@ std::string ServerConfig::problem() const {
     return "camera: must be empty or 1 to 24 of A-Z a-z 0-9 _ -, is \"" + camera + '"';
   if (max_cameras < 1 || max_cameras > kMostCameras)
     return "max_cameras: must be 1 to " + std::to_string(kMostCameras);
+  if (camera == kNoCamera) return "camera: \"server\" is the server's own name, in its channels";
   if (!image_channel.empty() && camera.empty())
     return "image_channel: needs the name of its camera in \"camera\"";
   if (gray16_bits < 8 || gray16_bits > 16) return "gray16_bits: must be 8 to 16";

@@ -37,7 +37,10 @@ struct ServerConfig {
   int max_part_bytes = 0;
   // Of one camera's map: a pace that stock receive buffers keep up with.
   int map_bytes_per_s = 5'000'000;
-  double status_period_s = 1;         // s between two statuses, when nothing changes
+  double status_period_s = 1;  // s between two statuses, when nothing changes
+  // Who may command (eifmap ctl): who signs with what this file holds, 16 bytes or more that others
+  // cannot read. "": anybody on this machine, and nobody where the network reaches beyond it.
+  std::string secret_file;
   std::optional<Camera> calibration;  // of each camera, instead of waiting for one by message
   // A camera without a calibration: the width of its view, from which a pinhole is guessed; 0: wait
   // for its calibration. The status says that it is guessed.

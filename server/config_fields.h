@@ -239,6 +239,7 @@ void visit_fields(O& o, auto&& visit) {
   visit("max_part_bytes", o.max_part_bytes);
   visit("map_bytes_per_s", o.map_bytes_per_s);
   visit("status_period_s", o.status_period_s);
+  visit("secret_file", o.secret_file);
   visit("calibration", o.calibration);
   visit("hfov_deg", o.hfov_deg);
   visit("handover_frames", o.handover_frames);

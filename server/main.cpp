@@ -36,7 +36,7 @@ constexpr const char* kRecorded = "Recorded, without a network";
 constexpr const char* kLogged = "Of an LCM event log, without a network";
 
 struct Options {
-  std::string config_file, lcm_url, camera, input, maps_folder;
+  std::string config_file, lcm_url, camera, input, maps_folder, secret_file;
   std::filesystem::path check_map;
   bool localize_only = false, repair = false;
   std::optional<int> metrics_port;
@@ -68,6 +68,7 @@ ServerConfig effective_config(const Options& options) {
   if (!options.maps_folder.empty()) config.maps_folder = options.maps_folder;
   if (options.localize_only) config.mapper.localize_only = true;
   if (options.metrics_port) config.metrics_port = *options.metrics_port;
+  if (!options.secret_file.empty()) config.secret_file = options.secret_file;
   if (!options.input.empty())
     config.input = options.input == "lossless" ? InputMode::kLossless : InputMode::kNewest;
   const auto& calibration_file = options.sequence.images.calibration;
@@ -178,9 +179,10 @@ int run_live(const ServerConfig& config, const std::filesystem::path& output,
   }
   spdlog::info("listening on {}", config.lcm_url);
   bool healthy = true;
-  while (healthy && !signals.arrived())
+  while (healthy && !signals.arrived() && !server.told_to_stop())
     healthy = opened.bus->receive(std::chrono::milliseconds(100));
   if (!healthy) spdlog::error("LCM broke off at {}", config.lcm_url);
+  if (server.told_to_stop()) spdlog::info("shut down by command");
   server.stop();
   spdlog::info("stopped");
   if (output.empty()) return healthy ? 0 : kFailed;
@@ -252,6 +254,9 @@ void add_options(CLI::App& app, Options& options) {
                  "serve figures for Prometheus at http://127.0.0.1:PORT/metrics; 0, the default: "
                  "none")
       ->check(number_in(0, 65535))
+      ->group(kLive);
+  app.add_option("--secret-file", options.secret_file,
+                 "who may command: who signs with what this file holds (eifmap ctl)")
       ->group(kLive);
 
   app.add_option(

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "bus/link.h"
 #include "convert/feature_message.h"
 #include "wire/clock.h"
 
@@ -30,6 +31,19 @@ const ServerConfig& checked(const ServerConfig& config) {
   return config;
 }
 
+CommandAccess access_of(const ServerConfig& config) {
+  CommandAccess access;
+  access.server_epoch = now_us();
+  access.is_local = stays_on_this_machine(config.lcm_url);
+  access.first_ticket = random_ticket();
+  access.begin = std::chrono::steady_clock::now();
+  if (config.secret_file.empty()) return access;
+  SecretFile read = read_secret(config.secret_file);
+  if (!read.secret) throw std::invalid_argument("secret_file: " + read.problem);
+  access.secret = std::make_shared<const Secret>(std::move(*read.secret));
+  return access;
+}
+
 }  // namespace
 
 MappingServer::MappingServer(const ServerConfig& config, Bus& bus, OnChange on_change,
@@ -38,9 +52,12 @@ MappingServer::MappingServer(const ServerConfig& config, Bus& bus, OnChange on_c
       bus_(bus),
       on_change_(std::move(on_change)),
       on_step_(std::move(on_step)),
-      server_epoch_(now_us()),
-      own_status_(config.status_period_s, bus, server_epoch_,
-                  [this](const status_t& status) { tell(status); }) {
+      access_(access_of(config)),
+      own_status_(config.status_period_s, bus, access_.server_epoch,
+                  [this](const status_t& status) { tell(status); }),
+      commands_(
+          access_, bus, [this] { return commanded(); },
+          [this](const CommandDesk::Counts& counts) { own_status_.note_commands(counts); }) {
   subscribe();
 }
 
@@ -59,8 +76,12 @@ void MappingServer::subscribe() {
   };
   for (const ChannelKind kind :
        {ChannelKind::kCalibration, ChannelKind::kImage, ChannelKind::kFeatures,
-        ChannelKind::kMeasurement, ChannelKind::kRelativeRequest, ChannelKind::kMapRequest})
+        ChannelKind::kMeasurement, ChannelKind::kRelativeRequest, ChannelKind::kMapRequest,
+        ChannelKind::kCommand})
     bus_.subscribe(channel_pattern(config_.camera, kind), queued(kind),
+                   [this](const std::string& channel, Bytes bytes) { receive(channel, bytes); });
+  if (!config_.camera.empty())
+    bus_.subscribe(channel_pattern(kNoCamera, ChannelKind::kCommand), max_queued,
                    [this](const std::string& channel, Bytes bytes) { receive(channel, bytes); });
   if (config_.image_channel.empty()) return;
   bus_.subscribe(literal_pattern(config_.image_channel), max_queued,
@@ -78,6 +99,9 @@ void MappingServer::receive(const std::string& channel, Bytes bytes) {
 
 // Where there may be others, their messages must not wait for room in one camera's inbox.
 void MappingServer::route(const Channel& channel, Bytes bytes) {
+  if (channel.camera == kNoCamera && channel.kind == ChannelKind::kCommand)
+    return commands_.receive(bytes);
+  if (channel.camera == kNoCamera) return own_status_.note_bad_channel();
   const bool may_wait = !config_.camera.empty();
   if (CameraLane* lane = lane_of(channel, bytes)) lane->receive(channel.kind, bytes, may_wait);
 }
@@ -119,7 +143,16 @@ std::unique_ptr<CameraLane> MappingServer::make_lane(const std::string& camera) 
       on_step_(camera, step, begins);
     };
   return std::make_unique<CameraLane>(
-      config, bus_, server_epoch_, [this](const status_t& status) { tell(status); }, on_step);
+      config, bus_, access_, [this](const status_t& status) { tell(status); }, on_step);
+}
+
+std::vector<ServerCommands::Camera> MappingServer::commanded() const {
+  std::vector<ServerCommands::Camera> cameras;
+  for (CameraLane* lane : lanes())
+    cameras.push_back({lane->camera(), [lane](const ServerCommands::Action& action) {
+                         return lane->command(action);
+                       }});
+  return cameras;
 }
 
 void MappingServer::tell(const status_t& status) {
@@ -154,6 +187,7 @@ void MappingServer::stop() {
     const std::lock_guard lock(lanes_mutex_);
     stopping_ = true;
   }
+  commands_.stop();
   for (CameraLane* lane : lanes()) lane->begin_stop();
   own_status_.begin_stop();
   for (CameraLane* lane : lanes()) lane->end();

@@ -24,6 +24,7 @@
 #include "server/camera_lane.h"
 #include "server/config.h"
 #include "server/own_status.h"
+#include "server/server_commands.h"
 
 namespace eifmap {
 
@@ -38,11 +39,15 @@ class MappingServer {
   // Subscribes on the bus, which must outlive the server and whose receive() somebody must call.
   // Maps config.camera; where that is empty, every camera of which a calibration, an image or
   // features come, up to config.max_cameras. Construct and destroy it while nobody is in
-  // bus.receive(). Throws std::invalid_argument with config.problem().
+  // bus.receive(). Throws std::invalid_argument with config.problem(), or what is wrong with the
+  // file of the secret.
   MappingServer(const ServerConfig& config, Bus& bus, OnChange on_change = {}, OnStep on_step = {});
   ~MappingServer();
   MappingServer(const MappingServer&) = delete;
   MappingServer& operator=(const MappingServer&) = delete;
+
+  // Whether shutdown was commanded, and who commanded has had the time to hear the reply.
+  bool told_to_stop() const { return commands_.told_to_stop(); }
 
   // Waits until every message received so far is mapped and the maps are published. False at the
   // time-out.
@@ -70,6 +75,7 @@ class MappingServer {
   CameraLane* add_lane(const std::string& camera, bool is_frame);
   std::unique_ptr<CameraLane> make_lane(const std::string& camera);
 
+  std::vector<ServerCommands::Camera> commanded() const;
   std::vector<CameraLane*> lanes() const;
   std::vector<const CameraLane*> lanes_with_results() const;
   void tell(const status_t& status);
@@ -78,12 +84,13 @@ class MappingServer {
   Bus& bus_;
   const OnChange on_change_;
   const OnStep on_step_;
-  const std::int64_t server_epoch_;
+  const CommandAccess access_;
   std::mutex tell_mutex_;  // held while on_change_ is called
   mutable std::mutex lanes_mutex_;
   std::map<std::string, std::unique_ptr<CameraLane>> lanes_;  // by camera; none ever goes
   bool stopping_ = false;                                     // no more lanes
-  OwnStatus own_status_;                                      // last: its thread calls tell()
+  OwnStatus own_status_;                                      // after what its thread uses: tell()
+  ServerCommands commands_;                                   // and after that, too
 };
 
 }  // namespace eifmap

@@ -22,9 +22,18 @@ bool MeasurementIntake::is_new(const AbsoluteMeasurement& measurement) {
   return books_.front().second.note({publisher, measurement.id.seq}, 0);
 }
 
-MeasurementIntake::Taken MeasurementIntake::take(const std::string& camera, Bytes bytes) {
+MeasurementIntake::Taken MeasurementIntake::take_own(const NamedMeasurement& measurement) {
+  own_publisher_ = measurement.measurement.id.publisher;
   ++counts_.arrived;
+  return take(measurement);
+}
+
+MeasurementIntake::Taken MeasurementIntake::take(const std::string& camera, Bytes bytes) {
   Decoded<NamedMeasurement> decoded = decode_measurement(bytes);
+  if (decoded.ok() && own_publisher_ != 0 &&
+      decoded.value.measurement.id.publisher == own_publisher_)
+    return {};
+  ++counts_.arrived;
   Taken taken{decoded.reason, std::move(decoded.detail)};
   if (std::string problem = decoded.ok() ? camera_problem(decoded.value.camera, camera) : "";
       !problem.empty())
@@ -33,14 +42,19 @@ MeasurementIntake::Taken MeasurementIntake::take(const std::string& camera, Byte
     ++counts_.refused.refusals[taken.reason];
     return taken;
   }
-  const AbsoluteMeasurement& m = decoded.value.measurement;
+  return take(std::move(decoded.value));
+}
+
+MeasurementIntake::Taken MeasurementIntake::take(NamedMeasurement named) {
+  const AbsoluteMeasurement& m = named.measurement;
+  Taken taken;
   if (!is_new(m))
     taken = {Reason::kMeasurementRepeated,
              "publisher " + std::to_string(m.id.publisher) + ", seq " + std::to_string(m.id.seq)};
   else if (static_cast<int>(waiting_.size()) >= max_waiting_)
     taken = {Reason::kTooManyMeasurements, std::to_string(max_waiting_) + " wait for a frame"};
   if (taken.reason == Reason::kNone)
-    waiting_.push_back(std::move(decoded.value));
+    waiting_.push_back(std::move(named));
   else
     counts_.refused.add(m.kind, taken.reason);
   return taken;

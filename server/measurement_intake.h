@@ -28,6 +28,10 @@ class MeasurementIntake {
   // many (kTooManyMeasurements).
   Taken take(const std::string& camera, Bytes bytes);
 
+  // The server's own, by its own id as a publisher. When they come from the network, too, where
+  // they are sent for who logs, nothing is taken, counted or said.
+  Taken take_own(const NamedMeasurement& measurement);
+
   // Those of this camera, in the order of their arrival; of others none are kept.
   std::vector<AbsoluteMeasurement> give(const std::string& camera);
 
@@ -43,7 +47,10 @@ class MeasurementIntake {
   static constexpr std::size_t kMaxPublishers = 16;
   bool is_new(const AbsoluteMeasurement& measurement);
 
+  Taken take(NamedMeasurement measurement);
+
   int max_waiting_;
+  std::int64_t own_publisher_ = 0;
   std::vector<NamedMeasurement> waiting_;
   std::vector<std::pair<std::int64_t, StreamBook>> books_;  // by publisher, the last heard first
   std::int64_t forgotten_missing_ = 0;

@@ -33,6 +33,11 @@ void OwnStatus::note_bad_channel() {
   ++counts_.bad_channels;
 }
 
+void OwnStatus::note_commands(const CommandDesk::Counts& counts) {
+  const std::lock_guard lock(mutex_);
+  counts_.commands = counts;
+}
+
 void OwnStatus::note_camera() {
   const std::lock_guard lock(mutex_);
   ++mapped_;
@@ -54,7 +59,8 @@ void OwnStatus::note_lost_measurement() {
 }
 
 bool OwnStatus::has_something_to_say() const {
-  return mapped_ == 0 || !refused_.empty() || counts_.bad_channels > 0;
+  return mapped_ == 0 || !refused_.empty() || counts_.bad_channels > 0 ||
+         !counts_.commands.refused.empty();
 }
 
 void OwnStatus::run() {

@@ -30,6 +30,7 @@ class OwnStatus {
 
   // For any thread:
   void note_bad_channel();
+  void note_commands(const CommandDesk::Counts& counts);  // to the server as a whole
   void note_camera();  // one more is mapped, and has a status of its own
   // A message of a camera that is not mapped, and why.
   void refuse(const std::string& camera, bool is_frame, Reason reason, const std::string& detail);

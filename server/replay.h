@@ -20,6 +20,8 @@ class Replay {
   bool is_open() const { return !decisions_.empty(); }
 
   bool takes(std::int64_t time_us) const { return decisions_.contains(time_us); }
+  // Whether the map was given up before this frame, which is taken.
+  bool resets_before(std::int64_t time_us) const { return decisions_.at(time_us).after_reset; }
   Handover handover() const;  // which must not outlive this
 
   // Of a frame that is taken, what its publisher told: who it is, since another one ends a stream.

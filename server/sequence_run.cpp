@@ -88,15 +88,24 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   const Handover handover = replay.is_open() ? replay.handover() : options.handover;
   std::optional<KeyframeWorker> keyframes;
   if (handover.is_beside()) keyframes.emplace(handover);
-  Mapper mapper(sequence.camera(), options.mapper);
+  std::optional<Mapper> made;
+  const auto begin_map = [&] {
+    record = {};
+    timer = {};
+    extractor = FeatureExtractor(options.features);
+    if (keyframes) keyframes->discard();
+    made.emplace(sequence.camera(), options.mapper);
+    if (keyframes) made->set_keyframe_runner(&*keyframes, false);
+    made->set_step_observer(
+        [&](std::string_view step, bool begins) { timer.observe(step, begins); });
+  };
+  begin_map();
+  Mapper& mapper = *made;  // also when it is another one
   if (!options.load_map.empty())
     if (std::string problem =
             begin_with(options.load_map, sequence.camera(), options.mapper, mapper);
         !problem.empty())
       return problem;
-  if (keyframes) mapper.set_keyframe_runner(&*keyframes, false);
-  mapper.set_step_observer(
-      [&](std::string_view step, bool begins) { timer.observe(step, begins); });
 
   // Each before the first image that is not before it; of a replay, where it was.
   std::size_t num_measured = 0;
@@ -143,9 +152,13 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
       break;
     }
     if (replay.is_open() && !replay.takes(sequence.time_us(static_cast<int>(i)))) continue;
+    const bool resets =
+        replay.is_open() && replay.resets_before(sequence.time_us(static_cast<int>(i)));
+    if (resets) begin_map();
     add_measurements_until(sequence.time_us(static_cast<int>(i)));
     timer.begin_frame();
-    const FrameResult result = map_image(static_cast<int>(i));
+    FrameResult result = map_image(static_cast<int>(i));
+    result.after_reset = resets && !result.rejected;
     if (keyframes) timer.add("keyframe", keyframes->take_busy_ms());
     timer.end_frame();
     if (replay.is_open()) replay.compare(result);

@@ -106,6 +106,20 @@ std::string clipped(std::string text) {
   return text;
 }
 
+void describe_commands(status_t& status, const CommandDesk::Counts& commands) {
+  if (commands.done + commands.pings == 0 && commands.refused.empty()) return;
+  const auto say = [&](const std::string& what, std::int64_t value) {
+    status.diagnostics.push_back(diagnostic("commands." + what, value));
+  };
+  say("done", commands.done);
+  say("pings", commands.pings);
+  say("repeated", commands.repeated);
+  for (const auto& [reason, count] : commands.refused)
+    say("refused." + std::string(describe(reason).name), count);
+  if (!commands.last.empty())
+    status.diagnostics.push_back(diagnostic("commands.last", clipped(commands.last)));
+}
+
 std::int8_t level_of(const FrameResult& last) {
   if (last.rejected) return status_t::LEVEL_ERROR;
   // A pose that is given with a reason is one to be wary of.
@@ -146,7 +160,7 @@ void StatusBoard::note_frame(const FrameResult& result, TimePoint received, Time
 }
 
 void StatusBoard::note_reason(Reason reason, const std::string& detail) {
-  last_.rejected = reason != Reason::kCalibrationChanged;
+  last_.rejected = reason != Reason::kCalibrationChanged && reason != Reason::kMapReset;
   last_.reason = reason;
   last_.detail = detail;
 }
@@ -199,8 +213,13 @@ void StatusBoard::measure_rates(std::int64_t received, TimePoint now) {
   period_processed_ = processed_;
 }
 
+std::int8_t StatusBoard::state() const {
+  if (stopping_) return status_t::STATE_STOPPING;
+  return paused_ ? status_t::STATE_PAUSED : static_cast<std::int8_t>(last_.state);
+}
+
 void StatusBoard::describe_state(status_t& status, const std::string& camera) const {
-  status.state = stopping_ ? status_t::STATE_STOPPING : static_cast<std::int8_t>(last_.state);
+  status.state = state();
   status.level = level_of(last_);
   status.reason = static_cast<std::int16_t>(last_.reason);
   if (stopping_) {
@@ -208,6 +227,12 @@ void StatusBoard::describe_state(status_t& status, const std::string& camera) co
     if (parts_left_ > 0)
       status.message += "; " + std::to_string(parts_left_) +
                         " parts of the map could not be sent in time: it is not whole";
+  } else if (paused_) {
+    status.level = status_t::LEVEL_WARNING;  // somebody may have forgotten it
+    status.reason = static_cast<std::int16_t>(Reason::kPaused);
+    status.message = "mapping is paused by command; " + std::to_string(paused_frames_) +
+                     " frames were left out so far";
+    status.hint = describe(Reason::kPaused).hint;
   } else if (saved_ && !saved_->is_safe && last_.state != TrackingState::kLost) {
     const ReasonText& text = describe(Reason::kMapNotSaved);
     status.level = status_t::LEVEL_ERROR;
@@ -250,7 +275,7 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.frames_received = counts.frames_received + counts.foreign_frames;
   status.frames_processed = processed_;
   status.frames_dropped = counts.frames_dropped;
-  status.frames_rejected = rejected_ + counts.foreign_frames;
+  status.frames_rejected = rejected_ + counts.foreign_frames + paused_frames_;
   status.sequence_gaps = streams.missing();
   status.bad_messages = malformed_ + counts.bad_channels;
   status.parts_sent = parts_sent_;
@@ -274,6 +299,8 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   for (const auto& [reason, count] : rejections_)
     status.diagnostics.push_back(
         diagnostic("rejected." + std::string(eifmap::describe(reason).name), count));
+  if (paused_frames_ > 0) status.diagnostics.push_back(diagnostic("frames.PAUSED", paused_frames_));
+  describe_commands(status, counts.commands);
   describe_nis(status, statistics);
   status.diagnostics.push_back(diagnostic("bound.removed_keyframes", statistics.removed_keyframes));
   status.diagnostics.push_back(diagnostic("bound.removed_landmarks", statistics.removed_landmarks));

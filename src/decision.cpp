@@ -30,8 +30,8 @@ Decision decision_of(const FrameResult& result) {
   digest.add(std::int64_t{result.num_inliers});
   for (const double x : result.map_from_camera.rotation.coeffs()) digest.add(x);
   for (const double x : result.map_from_camera.translation) digest.add(x);
-  return {result.time_us,     result.publisher, result.seq,
-          result.adopted_job, digest.value(),   result.measurements};
+  return {result.time_us, result.publisher,    result.seq,        result.adopted_job,
+          digest.value(), result.measurements, result.after_reset};
 }
 
 }  // namespace eifmap

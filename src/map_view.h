@@ -59,6 +59,9 @@ struct FrameResult {
   // The absolute measurements that the mapper took since the frame before, of those that have a
   // name: decided by timing, too.
   std::vector<MeasurementId> measurements = {};
+  // The first frame since the map was given up by command: that is up to who commands, and so
+  // decided by timing, too. The mapper, which is another one, does not know it.
+  bool after_reset = false;
 };
 
 // Users are given a pose's covariance as of (centre, rotation); inside it is of (rotation, centre).
@@ -174,11 +177,12 @@ struct LoopCounts {
 
 // Maps that the camera left, and what became of them.
 struct SubmapCounts {
-  std::int64_t kept = 0;                   // now, beside the one in use
-  std::int64_t returned = 0;               // times that the camera was found in one
-  std::int64_t merged = 0;                 // times that one became one with the map in use
-  std::map<Reason, std::int64_t> refused;  // merges
-  std::string last;                        // what became of the last one, in words
+  std::int64_t kept = 0;                    // now, beside the one in use
+  std::vector<std::int64_t> kept_ids = {};  // theirs
+  std::int64_t returned = 0;                // times that the camera was found in one
+  std::int64_t merged = 0;                  // times that one became one with the map in use
+  std::map<Reason, std::int64_t> refused;   // merges
+  std::string last;                         // what became of the last one, in words
 };
 
 struct MapperStatistics {

@@ -74,6 +74,8 @@ void Mapper::State::count(const FrameResult& result) {
 void Mapper::State::count_map() {
   count_measurements();
   statistics.submaps.kept = kept.size();
+  statistics.submaps.kept_ids.clear();
+  for (const KeptMap& map : kept.all()) statistics.submaps.kept_ids.push_back(map.map_id);
   if (!live) return;
   const Map& map = live->map();
   statistics.keyframes = map.num_keyframes_in_use();

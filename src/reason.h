@@ -72,6 +72,20 @@ enum class Reason : std::int16_t {
   kMapFileDamaged = 123,
   kMapFileOther = 124,
   kMapNotSaved = 125,
+  // By command
+  kPaused = 130,
+  kMapReset = 131,
+  // Commands refused
+  kUnknownCommand = 140,
+  kBadArguments = 141,
+  kSecretWanted = 142,
+  kNotSigned = 143,
+  kBadSignature = 144,
+  kOtherRun = 145,
+  kTooOld = 146,
+  kUnsupported = 147,
+  kNoMap = 148,
+  kMapIsMetric = 149,
   // The server's own
   kInternalError = 60,
   kTooManyCameras = 64,

@@ -11,7 +11,7 @@ namespace eifmap {
 namespace {
 
 constexpr std::size_t kEventsKept = 5;
-constexpr const char* kStopped = "STOPPED";
+constexpr const char *kStopped = "STOPPED", *kPaused = "PAUSED";
 
 // What the last word of the server amounts to.
 struct Headline {
@@ -27,8 +27,9 @@ std::string agreement(const FrameResult& pose) {
 
 Headline headline_of(const status_t& status) {
   Headline headline;
-  headline.state = status.state == status_t::STATE_STOPPING
-                       ? kStopped
+  headline.state = status.state == status_t::STATE_STOPPING ? kStopped
+                   : status.state == status_t::STATE_PAUSED
+                       ? kPaused
                        : std::string(name(static_cast<TrackingState>(status.state)));
   headline.reason = static_cast<Reason>(status.reason);
   headline.text = status.message;

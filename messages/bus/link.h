@@ -18,4 +18,9 @@ inline constexpr Link kOffHost{1400, 5'000'000};
 // Of an LCM URL: kOffHost where its datagrams may leave the machine, udpm:// with a ttl above 0.
 Link link_of(const std::string& lcm_url);
 
+// Whether what is sent there reaches no other machine: memq://, file://, and multicast with a ttl
+// of 0. Who answers what was sent there is on this machine, then; that what merely arrives is from
+// it, LCM does not tell. False in doubt, and of tcpq://, whose server may serve anybody.
+bool stays_on_this_machine(const std::string& lcm_url);
+
 }  // namespace eifmap

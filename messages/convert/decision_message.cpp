@@ -12,7 +12,7 @@ void scan(LayoutScanner& in) {
   in.string("camera", kMaxText);
   in.skip(8);  // job
   in.array("measurements", in.count("num_measurements", kMaxEntries), 2 * 8);
-  in.skip(8);  // digest
+  in.skip(1 + 8);  // after_reset, digest
 }
 
 std::string problem(const decision_t& message) {
@@ -20,6 +20,8 @@ std::string problem(const decision_t& message) {
   if (!valid_time(message.utime)) return "utime is " + std::to_string(message.utime);
   if (message.adopted_job < kAdoptedAtOnce)
     return "adopted_job is " + std::to_string(message.adopted_job);
+  if (message.after_reset != 0 && message.after_reset != 1)
+    return "after_reset is " + std::to_string(message.after_reset);
   for (const measurement_id_t& id : message.measurements)
     if (id.seq < 0 || !valid_seq(id.seq)) return "a measurement's seq is " + std::to_string(id.seq);
   return "";
@@ -41,6 +43,7 @@ decision_t to_message(const PublishedDecision& decision) {
     message.measurements.back().seq = id.seq;
   }
   message.num_measurements = static_cast<std::int32_t>(message.measurements.size());
+  message.after_reset = decision.decision.after_reset ? 1 : 0;
   message.state_digest = decision.decision.state_digest;
   return message;
 }
@@ -59,6 +62,7 @@ Decoded<PublishedDecision> decode_decision(Bytes bytes) {
               message.state_digest};
   for (const measurement_id_t& id : message.measurements)
     decision.measurements.push_back({id.publisher, id.seq});
+  decision.after_reset = message.after_reset != 0;
   return result;
 }
 

@@ -8,9 +8,10 @@ namespace eifmap {
 namespace {
 
 constexpr std::string_view kPrefix = "eifmap.";
-constexpr std::array<std::string_view, 11> kKinds{
-    "image",    "features",    "calibration",      "pose",     "map",        "status",
-    "decision", "measurement", "relative_request", "relative", "map_request"};
+constexpr std::array<std::string_view, 13> kKinds{
+    "image",    "features",    "calibration",      "pose",     "map",         "status",
+    "decision", "measurement", "relative_request", "relative", "map_request", "command",
+    "reply"};
 
 bool valid_character(char c) {
   return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' ||

@@ -10,7 +10,8 @@ namespace eifmap {
 // LCM carries at most 63 characters of channel name.
 inline constexpr std::size_t kMaxCameraName = 24;
 
-// In the place of a camera: the status of a server that has none yet.
+// In the place of a camera: the status of a server that has none yet, and commands to a server as a
+// whole.
 inline constexpr std::string_view kNoCamera = "server";
 
 enum class ChannelKind {
@@ -24,7 +25,9 @@ enum class ChannelKind {
   kMeasurement,
   kRelativeRequest,
   kRelative,
-  kMapRequest
+  kMapRequest,
+  kCommand,
+  kReply
 };
 
 struct Channel {

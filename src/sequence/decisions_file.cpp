@@ -41,6 +41,13 @@ class LineReader {
       ids.push_back({id[0].get<std::int64_t>(), id[1].get<std::int64_t>()});
     }
   }
+  // Left out where it is false.
+  void take(const char* key, bool& value) {
+    const auto found = json_.is_object() ? json_.find(key) : json_.end();
+    if (!json_.is_object() || found == json_.end()) return;
+    ok_ = ok_ && found->is_boolean();
+    if (ok_) value = found->get<bool>();
+  }
   bool ok() const { return ok_; }
 
  private:
@@ -57,6 +64,7 @@ Line read_line(const std::string& text) {
   in.take("seq", decision.seq);
   in.take("adopted_job", decision.adopted_job);
   in.take(decision.measurements);
+  in.take("after_reset", decision.after_reset);
   in.take("state_digest", decision.state_digest);
   in.take("server_epoch", line.server_epoch, true);
   if (!in.ok()) line.problem = "is no decision as eifmap log and eifmap-server write them";
@@ -82,6 +90,7 @@ std::string line_of(const Decision& decision, std::int64_t server_epoch) {
                {"state_digest", decision.state_digest}};
   for (const MeasurementId& id : decision.measurements)
     json["measurements"].push_back({id.publisher, id.seq});
+  if (decision.after_reset) json["after_reset"] = true;
   if (server_epoch != 0) json["server_epoch"] = server_epoch;
   return json.dump();
 }

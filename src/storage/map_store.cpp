@@ -69,6 +69,7 @@ MapFile& MapStore::open_file(std::int64_t map_id) {
 }
 
 MapStore::Loaded MapStore::load(const Camera& camera, const MapperOptions& options) {
+  files_.clear();  // those of another calibration stay
   Loaded loaded;
   std::vector<LoadedMap> maps;
   bool all_whole = true;

@@ -139,6 +139,15 @@ def options(check, top):
     check([*view, "--port", "65536"], "--port is 65536, wanted 0 to 65535")
     check([*view, "--address", "localhost"], "--address is 'localhost', wanted an IPv4 address")
     check([*view, "--address", "192.0.2.1"], "no address of this machine", "127.0.0.1", code=1)
+    ctl = ("eifmap", "ctl")
+    check([*ctl, "halt"], "'halt' is unknown, wanted ping, pause,")
+    check([*ctl, "load"], "load name: name is missing")
+    check([*ctl, "pause", "now"], "'now' is too much: pause is all that it takes")
+    check([*ctl, "pause", "--camera", "a b"], "camera is 'a b', wanted 1 to 24 characters")
+    check([*ctl, "pause", "--timeout", "0"], "--timeout: '0' is out of range, wanted 0.1 to 3600")
+    check([*ctl, "pause", "--secret-file", top / "none"], "none: cannot be read: No such file")
+    check([*ctl, "pause", "--secret-file", top], "is no file")
+    check([*ctl, "pause", "--lcm-url", "nonsense://"], "LCM cannot be opened at nonsense://", code=1)
     check([*publish, "--camera", "front left"], "camera is 'front left', wanted 1 to 24 characters")
     for url, *words in [("nonsense://", "it names no kind of network", "wanted one like udpm://"),
                         ("udpm://239.255.76.67:99999", "its port is 99999, wanted 1 to 65535"),

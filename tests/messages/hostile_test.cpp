@@ -81,6 +81,8 @@ std::vector<Sample> all_samples() {
       {"relative request", encode(to_message(samples::relative_request())),
        decoder(&decode_relative_request)},
       {"relative", encode(to_message(samples::relative_answer())), decoder(&decode_relative)},
+      {"command", encode(samples::command()), decoder(&decode_command)},
+      {"reply", encode(samples::reply()), decoder(&decode_reply)},
       {"map part", encode(part), decoder(&decode_map_part)},
       {"map request", encode(request), decoder(&decode_map_request)},
       {"said by pose", encode(to_message(samples::published_pose())), decoder(&said_by_pose)},
@@ -232,6 +234,7 @@ TEST(Hostile, DecisionValues) {
   EXPECT_EQ(decision_with([](D& d) { d.utime = -1; }), Reason::kMalformedMessage);
   EXPECT_EQ(decision_with([](D& d) { d.camera = "../cam"; }), Reason::kMalformedMessage);
   EXPECT_EQ(decision_with([](D& d) { d.camera = ""; }), Reason::kMalformedMessage);
+  EXPECT_EQ(decision_with([](D& d) { d.after_reset = 2; }), Reason::kMalformedMessage);
   EXPECT_EQ(decision_with([](D& d) { d.measurements[1].seq = -1; }), Reason::kMalformedMessage);
 }
 
@@ -308,6 +311,50 @@ TEST(Hostile, RelativeValues) {
   answer(false, [](relative_t& m) { m.quaternion[0] = 2; });
   // Without an answer nobody looks at what is none.
   answer(true, [=](relative_t& m) { m.reason = 110, m.covariance[35] = nan; });
+}
+
+TEST(Hostile, CommandValues) {
+  const auto expect = [](bool valid, auto change) {
+    command_t message = samples::command();
+    change(message);
+    EXPECT_EQ(decode_command(encode(message)).ok(), valid);
+  };
+  using C = command_t;
+  expect(true, [](C&) {});
+  expect(true, [](C& m) { m.command = 999; });  // the server says that it does not know it
+  expect(true, [](C& m) { m.mac.clear(), m.mac_size = 0; });
+  expect(false, [](C& m) { m.mac.resize(m.mac_size = 31); });
+  expect(false, [](C& m) { m.mac.resize(m.mac_size = 33); });
+  expect(false, [](C& m) { m.sender = 0; });
+  expect(false, [](C& m) { m.request_id = 0; });
+  expect(false, [](C& m) { m.request_id = std::numeric_limits<std::int64_t>::min(); });
+  expect(false, [](C& m) { m.server_epoch = -1; });
+  expect(false, [](C& m) { m.ticket = -1; });
+  expect(false, [](C& m) { m.utime = -1; });
+  expect(false, [](C& m) { m.camera = "../cam"; });
+  expect(false, [](C& m) { m.args[1].key = m.args[0].key; });
+  expect(false, [](C& m) { m.args[1].value = std::string(kMaxArgument + 1, 'x'); });
+  expect(false, [](C& m) {
+    for (int i = 0; i < 20; ++i) m.args.push_back(samples::named(std::to_string(i), ""));
+    m.num_args = static_cast<std::int32_t>(m.args.size());
+  });
+}
+
+TEST(Hostile, ReplyValues) {
+  const auto expect = [](bool valid, auto change) {
+    reply_t message = samples::reply();
+    change(message);
+    EXPECT_EQ(decode_reply(encode(message)).ok(), valid);
+  };
+  using R = reply_t;
+  expect(true, [](R&) {});
+  expect(true, [](R& m) { m.mac.resize(m.mac_size = 32); });
+  expect(false, [](R& m) { m.mac.resize(m.mac_size = 16); });
+  expect(false, [](R& m) { m.result = 6; });
+  expect(false, [](R& m) { m.result = -1; });
+  expect(false, [](R& m) { m.sender = 0; });
+  expect(false, [](R& m) { m.camera = ""; });
+  expect(false, [](R& m) { m.message = std::string(kMaxText + 1, 'x'); });
 }
 
 TEST(Hostile, EarthValues) {

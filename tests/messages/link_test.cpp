@@ -25,5 +25,16 @@ TEST(Link, OnThisHostTheyAreLarge) {
   }
 }
 
+TEST(Link, StaysOnThisMachineWhereEveryTtlIsNought) {
+  for (const char* url : {kDefaultLcmUrl, "udpm://239.255.76.67:7667", "udpm://?ttl=0", "memq://",
+                          "mpudpm://239.255.76.67:7667?ttl=0", "file:///tmp/log?mode=r"})
+    EXPECT_TRUE(stays_on_this_machine(url)) << url;
+  for (const char* url :
+       {"udpm://239.255.76.67:7667?ttl=1", "udpm://?ttl=0&ttl=1", "udpm://?ttl=1&ttl=0",
+        "udpm://?ttl=0x1", "udpm://?ttl=01", "udpm://?ttl=", "udpm://?ttl=-1", "udpm://?ttl = 1",
+        "mpudpm://239.255.76.67:7667?ttl=1", "tcpq://127.0.0.1:7700", "tcpq://10.0.0.1:7700", ""})
+    EXPECT_FALSE(stays_on_this_machine(url)) << url;
+}
+
 }  // namespace
 }  // namespace eifmap

@@ -162,6 +162,32 @@ TEST(RoundTrip, RelativeRequestAndAnswer) {
   EXPECT_EQ(answered.value.view.covariance, answer.view.covariance);
 }
 
+TEST(RoundTrip, Command) {
+  const command_t command = samples::command();
+  const Decoded<command_t> decoded = decode_command(encode(command));
+  ASSERT_TRUE(decoded.ok()) << decoded.detail;
+  const command_t& back = decoded.value;
+  EXPECT_EQ(back.sender, -6);
+  EXPECT_EQ(back.request_id, 3);
+  EXPECT_EQ(back.server_epoch, 42);
+  EXPECT_EQ(back.ticket, command.ticket);
+  EXPECT_EQ(back.camera, "cam0");
+  EXPECT_EQ(argument(back, "sigma"), "0.01");
+  EXPECT_EQ(argument(back, "name"), "");
+  EXPECT_EQ(back.mac, command.mac);
+  EXPECT_EQ(encode(back), encode(command));
+}
+
+TEST(RoundTrip, Reply) {
+  const reply_t reply = samples::reply();
+  const Decoded<reply_t> decoded = decode_reply(encode(reply));
+  ASSERT_TRUE(decoded.ok()) << decoded.detail;
+  EXPECT_EQ(decoded.value.result, reply_t::RESULT_ERROR);
+  EXPECT_EQ(decoded.value.message, reply.message);
+  EXPECT_EQ(decoded.value.values[0].key, "keyframes");
+  EXPECT_EQ(encode(decoded.value), encode(reply));
+}
+
 TEST(RoundTrip, AnySigmaToTheBit) {
   NamedMeasurement length = samples::length();
   for (double& sigma = length.measurement.sigma; sigma < 100; sigma *= 1.0137) {

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "command/command_message.h"
 #include "convert/camera_message.h"
 #include "convert/decision_message.h"
 #include "convert/feature_message.h"
@@ -94,7 +95,7 @@ inline PublishedPose published_pose() {
 
 inline PublishedDecision published_decision() {
   return {{42, "cam0"},
-          {1'700'000'000'000'002, -99, 4, 12, -1234567890123456789, {{-5, 7}, {3, 0}}}};
+          {1'700'000'000'000'002, -99, 4, 12, -1234567890123456789, {{-5, 7}, {3, 0}}, true}};
 }
 
 inline RelativeRequest relative_request() {
@@ -198,6 +199,47 @@ inline map_request_t map_request() {
   }
   request.num_missing = 3;
   return request;
+}
+
+inline diagnostic_t named(const std::string& key, const std::string& value) {
+  diagnostic_t entry;
+  entry.key = key;
+  entry.value = value;
+  return entry;
+}
+
+inline command_t command() {
+  command_t command{};
+  command.utime = 1'700'000'000'000'008;
+  command.sender = -6;
+  command.request_id = 3;
+  command.server_epoch = 42;
+  command.ticket = 1LL << 60;
+  command.camera = "cam0";
+  command.command = command_t::CMD_SET_SCALE;
+  command.args = {named("metres_per_unit", "2.5"), named("sigma", "0.01")};
+  command.num_args = 2;
+  for (int i = 0; i < 32; ++i) command.mac.push_back(static_cast<std::uint8_t>(250 + i));
+  command.mac_size = 32;
+  return command;
+}
+
+inline reply_t reply() {
+  reply_t reply{};
+  reply.utime = 1'700'000'000'000'009;
+  reply.sender = -6;
+  reply.request_id = 3;
+  reply.server_epoch = 42;
+  reply.ticket = (1LL << 60) + 7;
+  reply.camera = "cam0";
+  reply.command = command_t::CMD_SET_SCALE;
+  reply.result = reply_t::RESULT_ERROR;
+  reply.reason = 110;
+  reply.message = "there is no map";
+  reply.map_id = 2;
+  reply.values = {named("keyframes", "0")};
+  reply.num_values = 1;
+  return reply;
 }
 
 inline status_t status() {

@@ -32,6 +32,8 @@ CHANNELS = """
 | `eifmap.server.status` | status_t | the server, every second, while it maps no camera or refuses one |
 | `eifmap.CAMERA.relative_request` | relative_request_t | who wants two keyframes to each other, with their covariance |
 | `eifmap.CAMERA.relative` | relative_t | the server, one a request |
+| `eifmap.CAMERA.command` | command_t | who commands; CAMERA `server`: all that the server maps |
+| `eifmap.CAMERA.reply` | reply_t | the server, one a command, and the same again for the same command |
 
 CAMERA is 1 to 24 characters of `A-Z a-z 0-9 _ -`. Numbers of all types are as LCM encodes them. The
 schemas are the contract: a change of one changes its fingerprint, and old and new programs do not
@@ -52,6 +54,32 @@ entries, so that order does not matter. The hash of an entry is FNV-1a (64 bits)
 finalizer: `h ^= h >> 33; h *= 0xff51afd7ed558ccd; h ^= h >> 33; h *= 0xc4ceb9fe1a85ec53; h ^= h >> 33`.
 An update is taken over in this order: keyframes, removed landmarks (with their observations),
 landmarks, observations; those of landmarks that are not in the map are passed over.
+
+## Commands
+
+`eifmap ctl` does this; your own program goes the same way. **Ping** with a new `sender`, `server_epoch` 0
+and `ticket` 0, again and again until the reply comes. Its `server_epoch` and `ticket` go into the command
+proper, with the next `request_id`; send that, the same bytes, until its reply comes. What can go wrong on
+the way then does no harm:
+
+- It comes twice: the server remembers the last 1,024 requests that were done (at most 1 MiB of replies)
+  and answers one of them as before, without doing it again.
+- It comes late: one that is not above the sender's last is refused (`TOO_OLD`), and so is one whose
+  ticket is older than 60 s or than a request that was forgotten. Tickets are of a clock of the server's
+  own, so that nobody's clock must be right.
+- The server was started again meanwhile: `OTHER_RUN`. Nothing is done over a restart.
+
+**Who may command.** With `secret_file` in the server's configuration, who signs with what is in that
+file: `mac` is the HMAC-SHA256 of the whole message encoded without it, so also of who sends, which
+request, which run and which ticket. Replies to what was signed are signed, too. The secret does not
+encrypt anything: who listens reads commands and replies.
+
+Without one, LCM does not tell who sends, and any machine may send to a multicast group or a port. So
+commands are taken only where what the server sends stays on its machine (`udpm://` with ttl 0, `memq://`,
+`file://`), else they are refused (`SECRET_WANTED`). There a reply reaches this machine alone; tickets
+count from a number that is drawn by chance at the server's start, so that who has not heard a reply cannot
+guess one. Every user of this machine may command then; where that is too many, use a secret.
+Pings alone are answered to whoever sends them, and change nothing.
 """
 
 

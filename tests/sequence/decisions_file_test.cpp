@@ -48,6 +48,19 @@ TEST(DecisionsFile, NamesTheMeasurements) {
   EXPECT_EQ(read.decisions.at(0), decision);
 }
 
+TEST(DecisionsFile, SaysWhereTheMapWasGivenUp) {
+  const TemporaryFolder folder;
+  Decision decision{5, 6, 7, 8, 9};
+  EXPECT_EQ(line_of(decision).find("after_reset"), std::string::npos);
+  decision.after_reset = true;
+  const DecisionsFile read = read_decisions(folder.write("d.jsonl", line_of(decision)));
+  EXPECT_EQ(read.problem, "");
+  EXPECT_EQ(read.decisions.at(0), decision);
+  const std::string bad =
+      R"({"utime":5,"publisher":6,"seq":7,"adopted_job":8,"state_digest":9,"after_reset":1})";
+  EXPECT_NE(read_decisions(folder.write("d.jsonl", bad)).problem, "");
+}
+
 TEST(DecisionsFile, LineEndsOfOthersAndEmptyLinesAreNoMatter) {
   const TemporaryFolder folder;
   const std::string text = line_of(kDecisions[0]) + "\r\n\n" + line_of(kDecisions[1]);

@@ -11,6 +11,7 @@
 #include "convert/image_message.h"
 #include "convert/measurement_message.h"
 #include "sequence/decisions_file.h"
+#include "sequence/measurements_file.h"
 #include "sequence/temporary_folder.h"
 #include "server/camera_mapper.h"
 #include "server/sequence_run.h"
@@ -69,7 +70,13 @@ class ReplayTest : public testing::Test {
     ASSERT_EQ(mapper.take_calibration("cam0", encode(to_message(named))).reason, Reason::kNone);
   }
 
-  static void measure(CameraMapper& mapper, int i) {
+  std::filesystem::path measurements_of_all() const {
+    std::string text;
+    for (const AbsoluteMeasurement& m : measured_) text += line_of(m) + "\n";
+    return folder_.write("measured.jsonl", text);
+  }
+
+  void measure(CameraMapper& mapper, int i) {
     const int image = std::clamp(i, 0, kImages - 1);
     AbsoluteMeasurement m;
     m.id = {8, next_measurement_++};
@@ -79,12 +86,14 @@ class ReplayTest : public testing::Test {
     const auto taken =
         mapper.take_measurement("cam0", encode(to_message(NamedMeasurement{"cam0", m})));
     ASSERT_EQ(taken.reason, Reason::kNone) << taken.detail;
+    measured_.push_back(m);
   }
 
   // A live run that passes over some images, has time for the map after some, and whose publisher
   // is started again on the way.
-  // `measured`: with true positions, that come in no order of their own.
-  void run_live(InputMode input, int first = 0, bool measured = false) {
+  // `measured`: with true positions, that come in no order of their own. `reset_at`: before this
+  // image all maps are given up.
+  void run_live(InputMode input, int first = 0, bool measured = false, int reset_at = -1) {
     ServerConfig config;
     config.input = input;
     CameraMapper mapper(config);
@@ -97,14 +106,20 @@ class ReplayTest : public testing::Test {
     }
     calibrate(mapper, world_->camera());
     for (int i = first; i < kImages; ++i) {
+      if (i == reset_at) {
+        ASSERT_TRUE(mapper.reset());
+      }
       if (measured && i % 3 == 1) measure(mapper, i);
       if (measured && i % 6 == 2)
         measure(mapper, i - 7), measure(mapper, i + 3), measure(mapper, i);
       if (i % 9 == 5) continue;
       const auto wire = message(i, i < 60 ? 3 : 4, world_->camera().id());
-      ASSERT_FALSE(mapper.take_frame(kImage, wire).result.rejected);
+      const FrameResult result = mapper.take_frame(kImage, wire).result;
+      ASSERT_FALSE(result.rejected);
+      const Decision decision = decision_of(result);
       if (i % 7 == 3) mapper.take_frame(kImage, wire);  // again: refused
       if (i % 4 == 0) mapper.adopt_keyframe(false);
+      all_decisions_.push_back(decision);
     }
     mapper.adopt_keyframe(true);
     ASSERT_GT(mapper.statistics().keyframes, 6);
@@ -143,6 +158,8 @@ class ReplayTest : public testing::Test {
   static inline std::vector<cv::Mat>* images_ = nullptr;
   static inline TemporaryFolder* recorded_ = nullptr;
   const TemporaryFolder folder_;
+  std::vector<AbsoluteMeasurement> measured_;
+  std::vector<Decision> all_decisions_;  // as they are published
 };
 
 TEST_F(ReplayTest, OfALiveRunIsTheSameToTheBit) {
@@ -187,6 +204,41 @@ TEST_F(ReplayTest, WhatFollowedAnotherCalibrationHasItsMeasurements) {
   measured.measurements = live() / "measurements.jsonl";
   EXPECT_EQ(replay(measured), "");
   expect_same();
+}
+
+// From the whole run's decisions, as a log has them, and from those of the results, which begin
+// with the reset.
+TEST_F(ReplayTest, OfARunThatWasResetToo) {
+  for (const InputMode input : {InputMode::kNewest, InputMode::kLossless}) {
+    all_decisions_.clear();
+    run_live(input, 0, true, 27);
+    const auto reset = [](const Decision& d) { return d.after_reset; };
+    EXPECT_EQ(std::count_if(all_decisions_.begin(), all_decisions_.end(), reset), 1);
+    EXPECT_TRUE(decisions().front().after_reset);
+    EXPECT_EQ(decisions().front().time_us, world_->time_us(27));
+    std::string text;
+    for (const Decision& decision : all_decisions_) text += line_of(decision) + "\n";
+    SequenceRunOptions measured = options();
+    measured.measurements = measurements_of_all();
+    for (const auto& file : {folder_.write("all.jsonl", text), live() / "decisions.jsonl"}) {
+      measured.decisions = file;
+      EXPECT_EQ(replay(measured), "");
+      expect_same();
+    }
+  }
+}
+
+// One that does not know of the reset comes out otherwise, and says so.
+TEST_F(ReplayTest, AResetThatIsNotRecordedDeparts) {
+  run_live(InputMode::kNewest, 0, false, 27);
+  std::string text;
+  for (Decision decision : all_decisions_) {
+    decision.after_reset = false;
+    text += line_of(decision) + "\n";
+  }
+  SequenceRunOptions changed = options();
+  changed.decisions = folder_.write("all.jsonl", text);
+  EXPECT_NE(replay(changed).find("departs"), std::string::npos);
 }
 
 TEST_F(ReplayTest, AMeasurementThatIsMissingIsSaid) {

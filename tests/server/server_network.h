@@ -71,10 +71,14 @@ class Network {
       heard.statuses.push_back(status.value);
       ++heard.status_count;
     });
+    listener_.subscribe(channel_pattern("", ChannelKind::kReply), 0,
+                        [this](const std::string&, Bytes bytes) {
+                          if (on_reply) on_reply(bytes);
+                        });
     server.emplace(config, bus_, std::move(on_change), std::move(on_step));
     // Subscribed after the server, so handed out after it: what is counted, the server has.
-    listener_.subscribe("eifmap\\..*\\.(calibration|image|features|measurement|.*request)", 0,
-                        [this](const std::string&, Bytes) { ++handed_out_; });
+    listener_.subscribe("eifmap\\..*\\.(calibration|image|features|measurement|command|.*request)",
+                        0, [this](const std::string&, Bytes) { ++handed_out_; });
     dispatcher_ = std::thread([this] {
       while (!done_) bus_.receive(10ms);
     });
@@ -136,6 +140,7 @@ class Network {
   std::optional<MappingServer> server;
   Heard own;  // the server's word of itself
   std::function<void(const map_part_t&)> also_take;
+  std::function<void(Bytes)> on_reply;  // in the thread that hands out; set it before commanding
   std::vector<RelativeAnswer> answers;
 
  private:

@@ -1,0 +1,182 @@
+#!/usr/bin/env python3
+"""A running server under command, over udpm: eifmap ctl, with and without a secret.
+
+Run it inside a private network (support/private_network.sh). What was paused and reset on the way must
+be replayed from its decisions to the bit.
+"""
+import json
+import pathlib
+import subprocess
+import tempfile
+import time
+
+from processes import Processes, fail, lines, live_options, parse_live, wait_for_lines
+
+OFF_HOST = "udpm://239.255.76.67:7667?ttl=1&recv_buf_size=2097152"
+CAMERA = "camera"  # as publish calls it
+SECRET, WRONG = "the secret of this test\n", "another one of that length\n"
+
+
+class Control:
+    """eifmap ctl, and what it must answer."""
+
+    def __init__(self, client, *options):
+        self.client, self.options = client, options
+
+    def run(self, *arguments):
+        return subprocess.run([self.client, "ctl", *arguments, *self.options], text=True,
+                              capture_output=True, timeout=60, check=False)
+
+    def expect(self, code, *arguments, words=()):
+        run = self.run(*arguments)
+        said = run.stdout + run.stderr
+        print(f"ctl {' '.join(map(str, arguments))}: {run.returncode} {said.strip()}")
+        if run.returncode != code:
+            fail(f"ctl {arguments} ended with {run.returncode}, not {code}:\n{said}")
+        for word in words:
+            if word not in said:
+                fail(f"ctl {arguments} does not say '{word}':\n{said}")
+        return said
+
+    def reply(self, *arguments):
+        return json.loads(self.expect(0, *arguments, "--json"))
+
+
+def last_status(folder):
+    return json.loads(lines(folder / "logged" / "status.jsonl")[-1])
+
+
+def wait_for(what, condition, seconds=20):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > deadline:
+            fail(f"{what} never came")
+        time.sleep(0.05)
+
+
+def pause_and_resume(control, folder):
+    poses = folder / "logged" / "poses.jsonl"
+    control.expect(0, "pause", words=["OK: paused"])
+    wait_for("the status of a pause", lambda: last_status(folder)["state"] == 4)
+    if control.reply("ping", "--camera", CAMERA)["values"]["state"] != "PAUSED":
+        fail("a paused camera does not say so")
+    before = len(lines(poses))
+    time.sleep(1)
+    if len(lines(poses)) != before:
+        fail("a paused camera was mapped")
+    left_out = int(control.reply("resume")["values"]["frames_left_out"])
+    if left_out < 3:
+        fail(f"{left_out} frames were left out in a second: this shows nothing")
+    wait_for_lines(poses, before + 20)
+    status = last_status(folder)
+    if status["state"] == 4 or int(status["diagnostics"]["frames.PAUSED"]) != left_out:
+        fail(f"{left_out} frames were left out, but {status}")
+
+
+def reset(control, folder):
+    before = control.reply("map", "--camera", CAMERA)
+    if before["values"]["map_id"] != "1":
+        fail(f"there is no map to reset: {before}")
+    if control.reply("reset", "--camera", CAMERA)["values"]["map_given_up"] != "1":
+        fail("another map was given up")
+    wait_for("another map", lambda: last_status(folder)["map_id"] == 2)
+
+
+def one_run(options, folder):
+    """Everything once, while images come; the server ends by command."""
+    control = Control(options.client)
+    with Processes(folder) as processes:
+        control.expect(1, "ping", "--timeout", "0.5",
+                       words=["no reply in 0.5 s: is a server running at udpm://"])
+        server = processes.start("server", options.server, "--output", folder / "live")
+        server.wait_for_words("listening on")
+        control.expect(1, "pause", words=["NO_MAP"])
+        logger = processes.start("logger", options.client, "log", folder / "logged")
+        logger.wait_for_words("logging")
+        publisher = processes.start("publisher", options.client, "publish", *options.publish)
+        wait_for_lines(folder / "logged" / "poses.jsonl", 30)
+        if control.reply("ping")["values"]["cameras"] != CAMERA:
+            fail("the server does not say what it maps")
+        pause_and_resume(control, folder)
+        reset(control, folder)
+        control.expect(1, "save", words=["UNSUPPORTED"])
+        control.expect(1, "ping", "--camera", "cam1", "--timeout", "0.5", words=["and mapping cam1?"])
+        publisher.wait_for_end()
+        if int(control.reply("snapshot")["values"]["parts"]) < 1:
+            fail("no map was sent again")
+        control.expect(0, "shutdown", words=["OK: the server ends"])
+        server.wait_for_end()
+        logger.wait_for_end()
+    control.expect(1, "ping", "--timeout", "0.5", words=["no reply"])
+
+
+def replay(options, folder):
+    decisions = folder / "logged" / "decisions.jsonl"
+    made = [json.loads(line) for line in lines(decisions)]
+    resets = [made.index(decision) for decision in made if decision.get("after_reset")]
+    print(f"{len(made)} images mapped of {options.frames}, reset before number {resets}")
+    if len(resets) != 1 or len(made) > options.frames - 5:
+        fail("a reset and left-out images are not in the decisions: this shows nothing")
+    for file in (decisions, folder / "live" / "decisions.jsonl"):
+        run = subprocess.run(
+            [options.server, "--sequence", options.offline, "--output", folder / "again",
+             "--decisions", file], capture_output=True, text=True, check=False)
+        if run.returncode != 0:
+            fail(f"the replay of {file} ended with {run.returncode}:\n{run.stderr}")
+        for name in ("trajectory.tum", "trajectory_final.tum", "keyframes.tum", "decisions.jsonl",
+                     "map.ply"):
+            live = (folder / "live" / name).read_bytes()
+            if live != (folder / "again" / name).read_bytes() or live.count(b"\n") < 5:
+                fail(f"{name} of the replay of {file} is another, or there is none")
+
+
+def secret_files(folder):
+    files = {}
+    for name, text in (("right", SECRET), ("wrong", WRONG), ("short", "short\n"), ("open", SECRET)):
+        files[name] = folder / name
+        files[name].write_text(text)
+        files[name].chmod(0o644 if name == "open" else 0o600)
+    return files
+
+
+def who_may_command(options, folder):
+    files = secret_files(folder)
+    for name, words in (("short", "holds 5 bytes, wanted 16"), ("open", "others can read it; chmod")):
+        Control(options.client).expect(2, "ping", "--secret-file", files[name], words=[words])
+        run = subprocess.run([options.server, "--secret-file", files[name]], capture_output=True,
+                             text=True, timeout=60, check=False)
+        if run.returncode != 2 or words not in run.stderr:
+            fail(f"a server with a bad secret ended with {run.returncode}:\n{run.stderr}")
+    control = Control(options.client, "--lcm-url", OFF_HOST)
+    with Processes(folder) as processes:
+        server = processes.start("no_secret", options.server, "--lcm-url", OFF_HOST)
+        server.wait_for_words("listening on")
+        control.expect(1, "shutdown", words=["DENIED SECRET_WANTED", "--secret-file"])
+        if server.child.poll() is not None:
+            fail("a server without a secret was shut down from its network")
+    config = folder / "config.json"
+    config.write_text(json.dumps({"secret_file": str(files["right"])}))
+    with Processes(folder) as processes:
+        server = processes.start("secret", options.server, "--lcm-url", OFF_HOST, "--config", config)
+        server.wait_for_words("listening on")
+        control.expect(1, "shutdown", words=["DENIED NOT_SIGNED", "--secret-file"])
+        control.expect(1, "shutdown", "--secret-file", files["wrong"], words=["DENIED BAD_SIGNATURE"])
+        if server.child.poll() is not None:
+            fail("a server was shut down without its secret")
+        control.expect(0, "ping", "--secret-file", files["right"], words=["OK: here"])
+        control.expect(0, "shutdown", "--secret-file", files["right"])
+        server.wait_for_end()
+        if SECRET.strip() in server.text():
+            fail("a secret was written")
+
+
+def main():
+    options = parse_live(live_options(__doc__))
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        one_run(options, folder)
+        replay(options, folder)
+        who_may_command(options, folder)
+
+
+main()
