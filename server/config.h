@@ -35,8 +35,8 @@ struct ServerConfig {
   // Largest message of a map update, in bytes. 0: what fits a datagram of the network, 1400 where
   // the ttl is above 0, else 32768.
   int max_part_bytes = 0;
-  int map_bytes_per_s =
-      5'000'000;               // of a camera's map: a pace that stock receive buffers keep up with
+  // Of one camera's map: a pace that stock receive buffers keep up with.
+  int map_bytes_per_s = 5'000'000;
   double status_period_s = 1;  // s between two statuses, when nothing changes
   // Who may command (eifmap ctl): who signs with what this file holds, 16 bytes or more that others
   // cannot read. "": anybody on this machine, and nobody where the network reaches beyond it.
