@@ -19,17 +19,16 @@ struct ServerConfig {
   std::string lcm_url = kDefaultLcmUrl;
   // The only camera to map; "": every one that is heard, each with a map of its own.
   std::string camera;
-  // Mapped at most, where no camera is named; what comes of more is refused. The limits below are
-  // of each.
+  // Mapped at most, where no camera is named; what comes of more is refused. Limits of memory and
+  // pace are of each.
   int max_cameras = 8;
   // One more channel whose images are that camera's, for drivers with channel names of their own.
   std::string image_channel;
   // Of the 16 bits of a LE_GRAY16 pixel, how many the camera fills: 10, 12, 14, ...
   int gray16_bits = 16;
-  // Newest: the map keeps up with the camera, at the price of frames. Lossless: every frame, late,
-  // while there is room in max_queued_mib: then with a camera named LCM waits, and what its queue
-  // does not hold is lost; with none named, where others would wait too, what has no room is
-  // dropped, and counted.
+  // Newest: the map keeps up with the camera, at the price of frames. Lossless: every frame, late.
+  // What max_queued_mib then has no room for waits in LCM's own queue where a camera is named, and
+  // is lost when that is full; where none is, others would wait with it: it is dropped and counted.
   InputMode input = InputMode::kNewest;
   int max_queued_mib = 256;  // MiB of a camera's input waiting for its mapper
   // Largest message of a map update, in bytes. 0: what fits a datagram of the network, 1400 where

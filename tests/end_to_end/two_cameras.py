@@ -54,13 +54,13 @@ def judge(folder, name, results):
     logged = lines(folder / name / "trajectory.tum")
     if status["camera"] != name or facts["camera"] != name:
         fail(f"the log of {name} is of {status['camera']} and {facts['camera']}")
-    if status["num_keyframes"] < 3 or status["num_landmarks"] < 100 or len(logged) < 20:
+    if status["keyframes"] < 3 or status["landmarks"] < 100 or len(logged) < 20:
         fail(f"{name} has no map: {len(logged)} poses, {status['message']}")
     lost = lost_frames(status)
     if lost == 0 and logged != lines(results / "trajectory.tum"):
         fail(f"no frame of {name} was lost, but the logged trajectory is another than the server's")
-    print(f"{name}: {len(logged)} poses tracked, {status['num_keyframes']} keyframes, "
-          f"{status['num_landmarks']} landmarks, frames lost on the way: {lost}")
+    print(f"{name}: {len(logged)} poses tracked, {status['keyframes']} keyframes, "
+          f"{status['landmarks']} landmarks, frames lost on the way: {lost}")
     return lost, logged, facts["map_digest"]
 
 
