@@ -14,6 +14,10 @@ std::string name_of_state(std::int8_t state) {
   return std::string(name(static_cast<TrackingState>(state)));
 }
 
+// Names of saved maps.
+constexpr const char* kUnnamed = "map";
+constexpr const char* kCheckpoint = "checkpoint";
+
 std::string listed(const std::vector<std::int64_t>& ids) {
   std::string text;
   for (const std::int64_t id : ids) {
@@ -116,6 +120,42 @@ CommandOutcome CameraCommands::set_scale(double metres_per_unit, double sigma) {
            {"sigma_m", exact_text(m.sigma)},
            {"utime", std::to_string(m.time_us)},
            {"utime2", std::to_string(m.until_us)}}};
+}
+
+CommandOutcome CameraCommands::save(const std::string& name) {
+  const CameraMapper::Taken taken = mapper_.save_map(name.empty() ? kUnnamed : name);
+  if (taken.reason != Reason::kNone) return CommandOutcome::refuse(taken.reason, taken.detail);
+  return {reply_t::RESULT_OK, Reason::kNone, "the map is on the disk", {{"file", taken.detail}}};
+}
+
+CommandOutcome CameraCommands::load(const std::string& name) {
+  const CameraMapper::Taken taken = mapper_.load_map(name.empty() ? kUnnamed : name);
+  if (taken.reason != Reason::kNone) return CommandOutcome::refuse(taken.reason, taken.detail);
+  board_.note_new_map();
+  board_.note_resumed(mapper_.map_id(), mapper_.statistics());
+  return {reply_t::RESULT_OK,
+          Reason::kNone,
+          "mapping goes on with that map, once an image shows where the camera is; what there was "
+          "is given up",
+          {{"file", taken.detail},
+           {"map_id", std::to_string(mapper_.map_id())},
+           {"keyframes", std::to_string(mapper_.statistics().keyframes)}}};
+}
+
+CommandOutcome CameraCommands::checkpoint() {
+  return save(kCheckpoint);
+}
+
+CommandOutcome CameraCommands::undo() {
+  return load(kCheckpoint);
+}
+
+CommandOutcome CameraCommands::localize_only(bool on) {
+  const bool was_on = mapper_.localizes_only();
+  mapper_.localize_only(on);
+  const char* done = on ? "maps stay as they are; poses go on" : "maps grow again";
+  return {reply_t::RESULT_OK, Reason::kNone,
+          was_on == on ? std::string("it was so already: ") + done : done};
 }
 
 CommandOutcome CameraCommands::shutdown() {

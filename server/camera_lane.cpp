@@ -82,6 +82,7 @@ void CameraLane::do_orders() {
   const std::vector<OrderQueue::Order> orders = orders_.take();
   if (orders.empty()) return;
   for (const OrderQueue::Order& order : orders) guarded(order);
+  if (const std::optional<MapUpdate> loaded = mapper_.take_loaded()) publish_map(*loaded, 0);
   maps_beside_ = mapper_.maps_beside();
   parts_wait_ = true;  // of a snapshot, maybe
   tell_changes();

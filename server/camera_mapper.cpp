@@ -52,7 +52,8 @@ CameraMapper::CameraMapper(const ServerConfig& config, Handover handover)
     : config_(checked(config)),
       extractor_(config.features),
       camera_(config.camera),
-      measurements_(config.mapper.measurement.max_waiting) {
+      measurements_(config.mapper.measurement.max_waiting),
+      localize_only_(config.mapper.localize_only) {
   if (handover.is_beside()) keyframes_.emplace(std::move(handover));
 }
 
@@ -129,6 +130,7 @@ void CameraMapper::begin_map(const std::string& camera, const Camera& calibratio
   timer_ = {};
   if (keyframes_) keyframes_->discard();
   mapper_.emplace(calibration, config_.mapper);
+  mapper_->localize_only(localize_only_);
   mapper_->restore(stored_maps(calibration, stored));
   if (keyframes_) mapper_->set_keyframe_runner(&*keyframes_, true);
   mapper_->set_step_observer([this](std::string_view step, bool begins) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "convert/image_message.h"
 #include "convert/relative_message.h"
@@ -69,6 +70,17 @@ class CameraMapper {
   void save_maps();
   std::optional<MapSaver::State> saved() const;
   void wait_until_saved();
+
+  // The map in use, by a name of the user's: letters, digits, '-' and '_', 1 to 64. save_map()
+  // returns when it is on the disk; load_map() goes on with that one, under another number, and
+  // gives up all that there are. take_loaded(): that map, whole, to be published. With a reason
+  // nothing has changed: kUnsupported where no folder is given, kBadArguments, kNoMap,
+  // kMapNotSaved, or what load_map() of storage/map_file.h says.
+  Taken save_map(const std::string& name);
+  Taken load_map(const std::string& name);
+  std::optional<MapUpdate> take_loaded() { return std::exchange(loaded_, std::nullopt); }
+  void localize_only(bool only);
+  bool localizes_only() const { return mapper_ ? mapper_->localizes_only() : localize_only_; }
 
   struct Mapped {
     FrameResult result;               // rejected, with the reason, when it never reached the map
@@ -140,6 +152,7 @@ class CameraMapper {
   // `stored`: with the maps on the disk, if any; else they are given up, once there is another.
   void begin_map(const std::string& camera, const Camera& calibration, bool stored = true);
   MapperSnapshot stored_maps(const Camera& calibration, bool stored);
+  std::filesystem::path saved_file(const std::string& name, Taken& problem) const;
   void note_arrival(std::int64_t publisher, std::int64_t seq, std::int64_t time_us);
   void guess_calibration(const Channel& channel, Bytes bytes);
 
@@ -153,6 +166,8 @@ class CameraMapper {
   std::optional<MapSaver> saver_;
   std::string saver_problem_;  // why there is none, although a folder is given
   std::vector<Taken> refused_files_;
+  std::optional<MapUpdate> loaded_;
+  bool localize_only_ = false;
   std::int64_t largest_map_id_ = 0, largest_epoch_ = -1;  // published so far
   // Published last. Updates are numbered through all maps.
   std::int64_t map_id_ = 0, map_epoch_ = 0, map_seq_ = 0;

@@ -40,6 +40,60 @@ CameraMapper::Resumed CameraMapper::resume() {
   return resumed;
 }
 
+std::filesystem::path CameraMapper::saved_file(const std::string& name, Taken& problem) const {
+  constexpr std::size_t kLongest = 64;
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '_';
+  };
+  if (config_.maps_folder.empty())
+    problem = {Reason::kUnsupported, "no folder for maps is given: start the server with --maps"};
+  else if (name.empty() || name.size() > kLongest ||
+           !std::all_of(name.begin(), name.end(), is_plain))
+    problem = {Reason::kBadArguments, "name is '" + name.substr(0, kLongest) +
+                                          "', wanted 1 to 64 letters, digits, '-' or '_'"};
+  return std::filesystem::path(config_.maps_folder) / camera_ / "saved" / (name + ".eifmap");
+}
+
+CameraMapper::Taken CameraMapper::save_map(const std::string& name) {
+  Taken taken;
+  const std::filesystem::path file = saved_file(name, taken);
+  if (taken.reason != Reason::kNone) return taken;
+  const MapperSnapshot snapshot = mapper_ ? mapper_->snapshot() : MapperSnapshot();
+  if (!snapshot.in_use) return {Reason::kNoMap, ""};
+  std::error_code error;
+  std::filesystem::create_directories(file.parent_path(), error);
+  if (error) return {Reason::kMapNotSaved, file.parent_path().string() + ": " + error.message()};
+  std::string problem = MapFile(file).save(
+      *snapshot.in_use, {*calibration_of(camera_), map_seq_, snapshot.last_map_id, {}});
+  if (!problem.empty()) return {Reason::kMapNotSaved, std::move(problem)};
+  return {Reason::kNone, file.string()};
+}
+
+CameraMapper::Taken CameraMapper::load_map(const std::string& name) {
+  Taken taken;
+  const std::filesystem::path file = saved_file(name, taken);
+  if (taken.reason != Reason::kNone) return taken;
+  const Camera* calibration = calibration_of(camera_);
+  if (!calibration) return {Reason::kNoCalibration, "camera " + camera_};
+  LoadedMap loaded = eifmap::load_map(file, config_.mapper, calibration);
+  if (!loaded.ok()) return {loaded.reason, file.string() + ": " + loaded.detail};
+  begin_map(camera_, *calibration, false);
+  MapperSnapshot begin = mapper_->snapshot();
+  loaded.snapshot.map_id = ++begin.last_map_id;  // a number says one map
+  loaded.snapshot.epoch = largest_epoch_ + 1;
+  begin.in_use = std::move(loaded.snapshot);
+  mapper_->restore(begin);
+  was_reset_ = true;
+  loaded_ = next_update();
+  return {Reason::kNone, file.string()};
+}
+
+void CameraMapper::localize_only(bool only) {
+  localize_only_ = only;
+  if (mapper_) mapper_->localize_only(only);
+}
+
 void CameraMapper::save_maps() {
   if (saver_ && mapper_ && !mapper_->localizes_only())
     saver_->save(mapper_->snapshot(), *calibration_of(camera_), map_seq_);

@@ -1,5 +1,6 @@
 // Covariances out of the factor of S: never the inverse as a whole.
 #include <algorithm>
+#include <utility>
 
 #include "filter/information_filter.h"
 
@@ -46,7 +47,30 @@ class JointCovariance {
   Eigen::MatrixXd joint_;
 };
 
-Eigen::Matrix3d marginal(const FilterLandmark& landmark, const JointCovariance& joint) {
+// The same of many poses: the blocks that the factor has, which are those of poses that see a
+// landmark together, and no others.
+class SparseJointCovariance {
+ public:
+  SparseJointCovariance(const PoseBlocks& blocks, const SparseCholesky& cholesky)
+      : blocks_(blocks), inverse_(cholesky.selected_inverse()) {}
+
+  PoseBlock block(int a, int b) const {
+    PoseBlock found = PoseBlock::Zero();
+    if (a != 0 && b != 0)
+      has_all_ = inverse_.block(blocks_.of(a), blocks_.of(b), found) && has_all_;
+    return found;
+  }
+  // Since the last call.
+  bool had_all() const { return std::exchange(has_all_, true); }
+
+ private:
+  const PoseBlocks& blocks_;
+  SelectedInverse inverse_;
+  mutable bool has_all_ = true;
+};
+
+template <class Joint>
+Eigen::Matrix3d marginal(const FilterLandmark& landmark, const Joint& joint) {
   const auto& measurements = landmark.measurements;
   std::vector<PointSensitivity> to_pose;
   for (const PointMeasurement& m : measurements) to_pose.push_back(sensitivity(landmark, m));
@@ -59,6 +83,10 @@ Eigen::Matrix3d marginal(const FilterLandmark& landmark, const JointCovariance& 
   }
   return 0.5 * (covariance + covariance.transpose());
 }
+
+// More poses than this: their blocks alone cost less than all that they have to do with each other,
+// of a map of 784 keyframes a hundredth.
+constexpr std::size_t kMany = 150;
 
 }  // namespace
 
@@ -75,10 +103,30 @@ bool InformationFilter::covariances(const std::vector<int>& poses,
   std::sort(needed.begin(), needed.end());
   needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
   if (!std::all_of(needed.begin(), needed.end(), [this](int p) { return knows(p); })) return false;
-  const JointCovariance joint(needed, blocks(), system_.matrix().size(), cholesky_);
   const double factor = variance();
+  if (needed.size() > kMany) return sparse_covariances(poses, landmarks, of_poses, of_landmarks);
+  const JointCovariance joint(needed, blocks(), system_.matrix().size(), cholesky_);
   for (int p : poses) of_poses.push_back(factor * joint.block(p, p));
   for (int l : landmarks) of_landmarks.push_back(factor * marginal(landmarks_[l], joint));
+  return true;
+}
+
+// What has come since the last factorization may be of poses that the factor does not join.
+bool InformationFilter::sparse_covariances(const std::vector<int>& poses,
+                                           const std::vector<int>& landmarks,
+                                           std::vector<PoseBlock>& of_poses,
+                                           std::vector<Eigen::Matrix3d>& of_landmarks) const {
+  const SparseJointCovariance joint(blocks(), cholesky_);
+  for (int p : poses) of_poses.push_back(variance() * joint.block(p, p));
+  for (int l : landmarks) {
+    of_landmarks.push_back(variance() * marginal(landmarks_[l], joint));
+    if (joint.had_all()) continue;
+    std::vector<int> of;
+    for (const PointMeasurement& m : landmarks_[l].measurements) of.push_back(m.pose);
+    std::sort(of.begin(), of.end());
+    const JointCovariance dense(of, blocks(), system_.matrix().size(), cholesky_);
+    of_landmarks.back() = variance() * marginal(landmarks_[l], dense);
+  }
   return true;
 }
 

@@ -248,6 +248,9 @@ class InformationFilter {
   void linearize_all_anew();
   bool is_restorable(const FilterBooks& books) const;
   void judge_landmark(int landmark);
+  bool sparse_covariances(const std::vector<int>& poses, const std::vector<int>& landmarks,
+                          std::vector<PoseBlock>& of_poses,
+                          std::vector<Eigen::Matrix3d>& of_landmarks) const;
   bool factor_for_all();
   void apply(const Eigen::VectorXd& delta_poses);
   bool move_alone(FilterLandmark& landmark, double still) const;

@@ -13,6 +13,27 @@
 
 namespace eifmap {
 
+// The blocks of the inverse that lie where the factor has any, all at once: K. Takahashi et al.,
+// Formation of a sparse bus impedance matrix, PICA 1973, by supernodes. For about what two
+// factorizations cost.
+class SelectedInverse {
+ public:
+  // Blocks i and j of the matrix; false where the factor has none of that row and column.
+  bool block(int i, int j, PoseBlock& out) const;
+
+ private:
+  friend class SparseCholesky;
+  struct Node {
+    int first = 0, last = 0;
+    std::vector<int> rows;    // positions below, ascending
+    Eigen::MatrixXd inverse;  // as a panel of the factor; its own rows are whole, not a triangle
+    int row_of(int position) const;  // in `inverse`; -1: none
+  };
+  std::vector<int> position_;  // by block
+  std::vector<int> node_of_;   // by position
+  std::vector<Node> nodes_;
+};
+
 class SparseCholesky {
  public:
   // False when the matrix is not positive definite; there is no factor then. Blocks that are not
@@ -32,6 +53,9 @@ class SparseCholesky {
   // y = L^-1 P b of matrix = P' L L' P: y'y = b' matrix^-1 b, the covariance of the linear
   // functions of x that are b's columns.
   Eigen::MatrixXd whiten(const Eigen::MatrixXd& b) const;
+
+  // Needs a successful factor() before.
+  SelectedInverse selected_inverse() const;
 
   // Of the last factor(): supernodes, and those that were factored again.
   int num_nodes() const { return static_cast<int>(nodes_.size()); }

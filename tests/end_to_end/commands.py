@@ -99,7 +99,7 @@ def one_run(options, folder):
             fail("the server does not say what it maps")
         pause_and_resume(control, folder)
         reset(control, folder)
-        control.expect(1, "save", words=["UNSUPPORTED"])
+        control.expect(1, "save", words=["UNSUPPORTED", "--maps"])
         control.expect(1, "ping", "--camera", "cam1", "--timeout", "0.5", words=["and mapping cam1?"])
         publisher.wait_for_end()
         if int(control.reply("snapshot")["values"]["parts"]) < 1:
@@ -108,6 +108,43 @@ def one_run(options, folder):
         server.wait_for_end()
         logger.wait_for_end()
     control.expect(1, "ping", "--timeout", "0.5", words=["no reply"])
+
+
+def stored(options, folder):
+    """Maps on the disk, by command."""
+    control = Control(options.client)
+    with Processes(folder) as processes:
+        server = processes.start("server", options.server, "--maps", folder / "maps")
+        server.wait_for_words("listening on")
+        logger = processes.start("logger", options.client, "log", folder / "logged")
+        logger.wait_for_words("logging")
+        publisher = processes.start("publisher", options.client, "publish", *options.publish)
+        wait_for_lines(folder / "logged" / "poses.jsonl", 40)
+        control.expect(1, "load", "nothing", words=["MAP_FILE_UNREADABLE"])
+        control.expect(1, "save", "../up", words=["BAD_ARGUMENTS"])
+        saved = pathlib.Path(control.reply("save", "kitchen", "--camera", CAMERA)["values"]["file"])
+        if not saved.is_relative_to(folder / "maps"):
+            fail(f"the map was saved as {saved}")
+        subprocess.run([options.server, "--check-map", saved], check=True)
+        control.expect(0, "checkpoint")
+        control.expect(0, "localize-only", "on")
+        before = control.reply("map", "--camera", CAMERA)["values"]
+        wait_for_lines(folder / "logged" / "poses.jsonl", 80)
+        after = control.reply("map", "--camera", CAMERA)["values"]
+        if before["digest"] != after["digest"]:
+            fail("the map has changed, although the camera was only to be localized")
+        control.expect(0, "localize-only", "off")
+        undone = control.reply("undo", "--camera", CAMERA)["values"]
+        if undone["map_id"] != "2" or undone["keyframes"] != before["keyframes"]:
+            fail(f"undone to {undone}, the map was {before}")
+        publisher.wait_for_end()
+        wait_for("the map that was gone back to, in use again",
+                 lambda: last_status(folder)["map_id"] == 2)
+        if control.reply("load", "kitchen", "--camera", CAMERA)["values"]["map_id"] != "3":
+            fail("no map was loaded")
+        control.expect(0, "shutdown")
+        server.wait_for_end()
+        logger.wait_for_end()
 
 
 def replay(options, folder):
@@ -177,6 +214,8 @@ def main():
         one_run(options, folder)
         replay(options, folder)
         who_may_command(options, folder)
+    with tempfile.TemporaryDirectory() as name:
+        stored(options, pathlib.Path(name))
 
 
 main()

@@ -64,6 +64,25 @@ void expect_solves(const SparseCholesky& cholesky, const BlockMatrix& matrix) {
             1e-10 * (b.transpose() * expected).norm());
 }
 
+TEST(SparseCholesky, HasTheInversesBlocksWhereTheMatrixHasAny) {
+  Random random(7);
+  for (int size : {1, 2, 20, 60, 150}) {
+    SparseCholesky cholesky;
+    const BlockMatrix matrix = sample(size, random);
+    ASSERT_TRUE(cholesky.factor(matrix));
+    const SelectedInverse selected = cholesky.selected_inverse();
+    const Eigen::MatrixXd inverse = dense(matrix).inverse();
+    for (int a = 0; a < size; ++a)
+      for (const int b : matrix.column(a).row) {
+        PoseBlock block;
+        ASSERT_TRUE(selected.block(a, b, block));
+        EXPECT_LT((block - inverse.block<6, 6>(6 * a, 6 * b)).norm(), 1e-10 * inverse.norm());
+        ASSERT_TRUE(selected.block(b, a, block));
+        EXPECT_LT((block - inverse.block<6, 6>(6 * b, 6 * a)).norm(), 1e-10 * inverse.norm());
+      }
+  }
+}
+
 TEST(SparseCholesky, SolvesAsADenseSolverDoes) {
   Random random(1);
   for (int size : {1, 2, 20, 60, 150}) {
