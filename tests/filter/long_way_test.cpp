@@ -48,5 +48,33 @@ TEST(LongWay, ArrivesThoughPointsLieAheadAlongOneRay) {
   EXPECT_LT(walked.worst_jump, 0.1);
 }
 
+// Of many poses at once the inverse's blocks where the factor has any do; one by one a column each.
+TEST(LongWay, CovariancesOfAllAtOnceAreThoseOfEach) {
+  const LongWay world = make_long_way(round_course(180, 160), {});
+  LongWayFeed feed(world, {});
+  while (!feed.done()) {
+    feed.add_next();
+    feed.filter().update();
+  }
+  const InformationFilter& filter = feed.filter();
+  std::vector<int> poses, landmarks;
+  for (int p = 0; p < filter.num_poses(); ++p) poses.push_back(p);
+  for (int l = 0; l < filter.num_landmarks(); ++l)
+    if (!filter.landmark(l).measurements.empty()) landmarks.push_back(l);
+  std::vector<PoseBlock> of_poses;
+  std::vector<Eigen::Matrix3d> of_landmarks;
+  ASSERT_TRUE(filter.covariances(poses, landmarks, of_poses, of_landmarks));
+  for (int p = 1; p < filter.num_poses(); p += 7) {
+    PoseBlock alone;
+    ASSERT_TRUE(filter.pose_covariance(p, alone));
+    EXPECT_LT((of_poses[p] - alone).norm(), 1e-7 * alone.norm()) << "pose " << p;
+  }
+  for (std::size_t k = 0; k < landmarks.size(); k += 97) {
+    Eigen::Matrix3d alone;
+    ASSERT_TRUE(filter.landmark_covariance(landmarks[k], alone));
+    EXPECT_LT((of_landmarks[k] - alone).norm(), 1e-7 * alone.norm()) << "landmark " << k;
+  }
+}
+
 }  // namespace
 }  // namespace eifmap::test
