@@ -52,8 +52,8 @@ CameraMapper::CameraMapper(const ServerConfig& config, Handover handover)
     : config_(checked(config)),
       extractor_(config.features),
       camera_(config.camera),
-      measurements_(config.mapper.measurement.max_waiting),
-      localize_only_(config.mapper.localize_only) {
+      localize_only_(config.mapper.localize_only),
+      measurements_(config.mapper.measurement.max_waiting) {
   if (handover.is_beside()) keyframes_.emplace(std::move(handover));
 }
 

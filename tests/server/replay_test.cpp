@@ -106,9 +106,8 @@ class ReplayTest : public testing::Test {
     }
     calibrate(mapper, world_->camera());
     for (int i = first; i < kImages; ++i) {
-      if (i == reset_at) {
-        ASSERT_TRUE(mapper.reset());
-      }
+      const bool resets = i == reset_at && mapper.reset();
+      ASSERT_EQ(resets, i == reset_at);
       if (measured && i % 3 == 1) measure(mapper, i);
       if (measured && i % 6 == 2)
         measure(mapper, i - 7), measure(mapper, i + 3), measure(mapper, i);

@@ -11,7 +11,7 @@ namespace {
 
 KeptMap kept(std::int64_t map_id, int keyframes) {
   const SyntheticStream world;
-  return {map_id, LiveMap(make_scene(world, keyframes), synthetic_camera()), {}};
+  return {map_id, LiveMap(make_scene(world, keyframes), synthetic_camera()), 0, {}};
 }
 
 TEST(KeptMaps, ThatWithTheFewestKeyframesGoes) {
