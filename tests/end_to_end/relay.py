@@ -130,4 +130,5 @@ def main():
         json.dump(link.record, record)
 
 
-main()
+if __name__ == "__main__":
+    main()
