@@ -140,27 +140,6 @@ CommandOutcome ServerCommands::snapshot() {
   return do_to_all("snapshot", [](CommandTarget& camera) { return camera.snapshot(); });
 }
 
-CommandOutcome ServerCommands::save(const std::string& name) {
-  return do_to_all("save", [name](CommandTarget& camera) { return camera.save(name); });
-}
-
-CommandOutcome ServerCommands::load(const std::string& name) {
-  return do_to_all("load", [name](CommandTarget& camera) { return camera.load(name); });
-}
-
-CommandOutcome ServerCommands::checkpoint() {
-  return do_to_all("checkpoint", [](CommandTarget& camera) { return camera.checkpoint(); });
-}
-
-CommandOutcome ServerCommands::undo() {
-  return do_to_all("undo", [](CommandTarget& camera) { return camera.undo(); });
-}
-
-CommandOutcome ServerCommands::localize_only(bool on) {
-  return do_to_all("localize-only",
-                   [on](CommandTarget& camera) { return camera.localize_only(on); });
-}
-
 CommandOutcome ServerCommands::set_scale(double metres_per_unit, double sigma) {
   const std::vector<Camera> cameras = cameras_();
   if (cameras.size() > 1)

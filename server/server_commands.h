@@ -69,11 +69,6 @@ class ServerCommands : private CommandTarget {
   CommandOutcome maps() override;
   CommandOutcome snapshot() override;
   CommandOutcome set_scale(double metres_per_unit, double sigma) override;
-  CommandOutcome save(const std::string& name) override;
-  CommandOutcome load(const std::string& name) override;
-  CommandOutcome checkpoint() override;
-  CommandOutcome undo() override;
-  CommandOutcome localize_only(bool on) override;
   CommandOutcome shutdown() override;
   CommandOutcome save(const std::string& name) override;
   CommandOutcome load(const std::string& name) override;
