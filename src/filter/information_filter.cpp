@@ -99,6 +99,7 @@ void InformationFilter::remove_measurements(int landmark, Predicate predicate) {
   of.changed = true;
   touch(landmark);
   if (!of.measurements.empty()) return;
+  of.measurements.shrink_to_fit();  // its handle stays, and there may be many such
   remove_absolutes([landmark](const FilterAbsolute& a) { return is_between(a, landmark); });
 }
 

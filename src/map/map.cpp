@@ -175,7 +175,7 @@ void Map::remove_track(int track) {
   if (track < 0 || track >= num_tracks()) throw std::out_of_range("Map: no such track");
   Track& t = tracks_.write(track);
   for (const Sight& s : t.sights) keyframes_.write(s.keyframe).track[s.keypoint] = kNoTrack;
-  t.sights.clear();
+  t.sights = {};  // its number stays, and there may be many such
   if (!t.is_landmark()) return;
   if (const int distances = filter_.num_distances(t.landmark); distances > 0)
     scale_.counts.kinds[MeasurementKind::kLandmarks].dropped += distances;

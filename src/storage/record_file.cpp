@@ -115,6 +115,14 @@ bool flush_folder(const std::filesystem::path& file) {
 
 }  // namespace
 
+std::vector<std::uint8_t> record_file(std::uint64_t name, std::span<const std::uint8_t> record) {
+  ByteWriter out;
+  for (const auto& part : {file_header(name), record_header(name, 0, record)})
+    out.append(part.data(), part.size());
+  out.append(record.data(), record.size());
+  return out.bytes();
+}
+
 RecordScan scan_records(std::vector<std::uint8_t> bytes) {
   RecordScan scan;
   scan.bytes = std::move(bytes);

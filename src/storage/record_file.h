@@ -44,6 +44,9 @@ RecordScan scan_records(std::vector<std::uint8_t> bytes);
 // wrong.
 std::string cut_to_whole(const std::filesystem::path& file, const RecordScan& scan);
 
+// The bytes of such a file of one record.
+std::vector<std::uint8_t> record_file(std::uint64_t name, std::span<const std::uint8_t> record);
+
 // Writes such a file. All functions return "" or what went wrong, with the system's words; the file
 // is then as it was before the call.
 class RecordWriter {

@@ -13,7 +13,7 @@ namespace eifmap::fuzz {
 using Wire = std::vector<std::uint8_t>;
 
 struct Target {
-  std::string name;  // also of the folder corpus/NAME
+  std::string name;                          // also of the folder corpus/NAME
   std::function<bool(Bytes)> run;            // whether they were taken, not refused
   std::function<std::vector<Wire>()> seeds;  // that are taken, to start from
 };
@@ -22,6 +22,7 @@ struct Target {
 std::vector<Target> message_targets();
 std::vector<Target> file_targets();
 std::vector<Target> server_targets();
+std::vector<Target> storage_targets();
 std::vector<Target> all_targets();  // add new files of targets here, in targets.cpp
 
 // Ends the program, as a finding, where something that must hold does not.

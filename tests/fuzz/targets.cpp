@@ -11,7 +11,7 @@ namespace eifmap::fuzz {
 
 std::vector<Target> all_targets() {
   std::vector<Target> all;
-  for (const auto& some : {message_targets(), file_targets(), server_targets()})
+  for (const auto& some : {message_targets(), file_targets(), server_targets(), storage_targets()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }

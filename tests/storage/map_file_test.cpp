@@ -277,8 +277,9 @@ TEST(MapFile, RowsThatDoNotFitEachOtherAreRefused) {
 // Files of every version so far are in version_N.eifmap. Who makes another one adds its file, which
 // EIFMAP_WRITE_VERSION names, and never changes those that are there.
 TEST(MapFile, OfEveryVersionSoFarIsRead) {
-  if (const char* file = std::getenv("EIFMAP_WRITE_VERSION"))
+  if (const char* file = std::getenv("EIFMAP_WRITE_VERSION")) {
     ASSERT_EQ(MapFile(file).save(small_map(), names(3)), "");
+  }
   for (std::uint32_t version = 1; version <= kFileVersion; ++version) {
     const std::filesystem::path file = std::filesystem::path(EIFMAP_MAP_VERSIONS) /
                                        ("version_" + std::to_string(version) + ".eifmap");
