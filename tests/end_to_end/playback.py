@@ -1,6 +1,6 @@
-"""Cameras that extract features in hardware of their own: what `eifmap publish` sends of a recording is
-heard once, and then sent again and again under as many names as wanted, at a steady rate and stamped
-with the moment when it leaves. Extracting for several cameras would take the machine that is measured.
+"""Cameras that extract features in hardware of their own: what `eifmap publish` sends of a
+recording is heard once, then sent again and again under as many names as wanted, at a steady rate
+and stamped with the moment when it leaves. Four extractors would take the machine that is measured.
 """
 import re
 import select
@@ -31,8 +31,8 @@ class Recording:
 
     def __init__(self, processes, client, what):
         receiver = receiving_socket()
-        publisher = processes.start("recorded", client, "publish", *what, "--as", "features", "--rate",
-                                    "0", "--camera", RECORDED_AS)
+        publisher = processes.start("recorded", client, "publish", *what, "--as", "features",
+                                    "--rate", "0", "--camera", RECORDED_AS)
         self.frames, self.calibration = [], None
         while publisher.child.poll() is None or select.select([receiver], [], [], 0.3)[0]:
             if select.select([receiver], [], [], 0.1)[0]:
@@ -63,8 +63,8 @@ class Camera:
         self.sent_us = []  # by number
 
     def send(self, kind, message):
-        self.socket.sendto(b"LC02\0\0\0\0" + f"eifmap.{self.name}.{kind}".encode() + b"\0" + message,
-                           (GROUP, PORT))
+        channel = f"eifmap.{self.name}.{kind}".encode()
+        self.socket.sendto(b"LC02\0\0\0\0" + channel + b"\0" + message, (GROUP, PORT))
 
     def send_calibration(self):
         message = self.recording.calibration[:]
@@ -81,8 +81,8 @@ class Camera:
 
 
 def order_of(i, n):
-    """Cameras 0 and 1 go there and back, 2 and 3 are carried to the beginning: lost, in a new map. Every
-    other one is ahead by a quarter.
+    """Cameras 0 and 1 go there and back; 2 and 3 are carried to the beginning, lost, and make a new
+    map from there. Every other one is ahead by a quarter.
     """
     forth = list(range(n))
     order = forth + forth[-2:0:-1] if i % 4 < 2 else forth

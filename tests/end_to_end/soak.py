@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 """Four cameras on one server whose maps are at their bound, and twenty loggers of which five are
-stopped (SIGSTOP) half-way and stay so. Run it inside a private network (support/private_network.sh).
+stopped (SIGSTOP) half-way and stay so. Run it in a private network (support/private_network.sh).
 
 What must hold:
 - No pose is later for it: the time from a frame's departure to its pose's arrival, by the kernel's
-  clock, has after the stop at most 1.5 times the 99th percentile of before, and 20 ms. So has the
-  server's own latency_ms_p99, where the time is enough for two of its windows of 256 frames.
-- Every frame that was processed has its pose in a logger that runs. LCM promises no single one of them
-  every message, a machine in a hurry loses some: asked for is that 99 % of them are in the logs of the
-  camera's running loggers taken together, none that was never sent, and none twice.
+  clock, has after the stop a 99th percentile of at most 1.5 times that of before, and 20 ms. So has
+  the server's own latency_ms_p99, where there is time for some of its windows of 256 frames.
+- Every frame that was processed has its pose in a logger that runs. LCM promises none of them every
+  message, a machine in a hurry loses some: asked for is that 99 % of them are in the logs of the
+  camera's running loggers taken together, none that was never sent, and in no log one twice.
 - Every frame is accounted for, exactly: received = sent - sequence gaps, and processed + dropped +
-  rejected = received. Frames that lost parts are received. The last frame of each camera is sent to an
-  idle server, so that what was lost before it shows as a gap.
-- The server's memory does not grow once the maps are at their bound: judged where there are minutes.
+  rejected = received. Frames that lost parts are received, those that lost all are gaps. The last
+  one of each camera is sent to an idle server, so that what was lost before it shows as a gap.
+- The server's memory does not grow once maps are at their bound: judged where there are minutes.
 """
 import argparse
 import json
