@@ -34,7 +34,7 @@ inline FeatureFrame small_frame(int k, const std::vector<Eigen::Vector3d>& point
 inline MapSnapshot small_map() {
   std::vector<Eigen::Vector3d> points;
   for (int p = 0; p < 12; ++p)
-    points.push_back({-1.5 + 0.75 * (p % 4), -1.0 + 0.9 * (p / 4), 4 + 0.3 * (p % 5)});
+    points.push_back({-0.8 + 0.75 * (p % 4), -1.0 + 0.9 * (p / 4), 4 + 0.3 * (p % 5)});
   const MapperOptions options;
   auto map = std::make_shared<Map>(synthetic_camera(), options);
   MapSnapshot snapshot;
