@@ -161,12 +161,18 @@ void CameraLane::take_calibration(const Received& message) {
 
 // Before the first frame: whoever looks at the map need not wait for one.
 void CameraLane::resume() {
-  const CameraMapper::Resumed resumed = mapper_.resume();
-  for (const CameraMapper::Taken& file : resumed.refused)
+  const std::optional<MapUpdate> update = mapper_.resume();
+  tell_refused_files();
+  if (!update) return;
+  board_.note_resumed(update->map_id, mapper_.statistics());
+  publish_map(*update, 0);
+}
+
+void CameraLane::tell_refused_files() {
+  for (const CameraMapper::Taken& file : mapper_.take_refused_files()) {
     board_.note_reason(file.reason, file.detail);
-  if (!resumed.update) return;
-  board_.note_resumed(resumed.update->map_id, mapper_.statistics());
-  publish_map(*resumed.update, 0);
+    tell_changes();
+  }
 }
 
 void CameraLane::take_measurement(const Received& message) {
@@ -235,6 +241,7 @@ CameraMapper::Mapped CameraLane::map_frame(const Received& message) {
   mapper_.note_dropped(message.dropped_before);
   CameraMapper::Mapped mapped =
       mapper_.take_frame(message.channel, message.bytes, message.received_us);
+  tell_refused_files();
   if (!mapped.new_calibration.empty()) {
     board_.note_new_map();
     board_.note_reason(Reason::kCalibrationChanged, mapped.new_calibration);

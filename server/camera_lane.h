@@ -90,6 +90,7 @@ class CameraLane {
   void leave_out(const Received& message);
   CameraMapper::Mapped map_frame(const Received& message);
   void resume();
+  void tell_refused_files();
   void publish_map(const MapUpdate& update, std::int64_t time_us);
   void publish_saved();
   void adopt_keyframe(bool wait);

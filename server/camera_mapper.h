@@ -59,11 +59,9 @@ class CameraMapper {
   // Of a camera whose maps are kept on the disk: once its calibration is known, and before its
   // first frame, the maps that there are. The whole of the one in use, to be published; nothing
   // where there is none, or it has begun.
-  struct Resumed {
-    std::optional<MapUpdate> update;
-    std::vector<Taken> refused;  // files that are left as they are, and why
-  };
-  Resumed resume();
+  std::optional<MapUpdate> resume();
+  // Files that are left as they are, and why; since the last call.
+  std::vector<Taken> take_refused_files() { return std::exchange(refused_files_, {}); }
   // After an update has been published, or is about to: saves the maps as they are, in another
   // thread. Then, what has been dealt with, by the update's number; nothing where no folder is
   // given.
@@ -166,6 +164,7 @@ class CameraMapper {
   std::optional<MapSaver> saver_;
   std::string saver_problem_;  // why there is none, although a folder is given
   std::vector<Taken> refused_files_;
+  std::int64_t safe_seq_ = 0;  // of an update that the disk had already
   std::optional<MapUpdate> loaded_;
   bool localize_only_ = false;
   std::int64_t largest_map_id_ = 0, largest_epoch_ = -1;  // published so far

@@ -12,7 +12,10 @@ MapperSnapshot CameraMapper::stored_maps(const Camera& calibration, bool stored)
   if (!config_.maps_folder.empty() && !saver_ && saver_problem_.empty()) {
     saver_.emplace(std::filesystem::path(config_.maps_folder) / camera_);
     saver_problem_ = saver_->open();
-    if (!saver_problem_.empty()) saver_.reset();
+    if (!saver_problem_.empty()) {
+      saver_.reset();
+      refused_files_.push_back({Reason::kMapNotSaved, saver_problem_});
+    }
   }
   if (saver_ && stored) {
     saver_->wait_until_idle();
@@ -24,20 +27,18 @@ MapperSnapshot CameraMapper::stored_maps(const Camera& calibration, bool stored)
   }
   begin.last_map_id = std::max(begin.last_map_id, largest_map_id_);
   begin.next_epoch = largest_epoch_ + 1;
+  if (begin.in_use && localize_only_) safe_seq_ = map_seq_ + 1;  // the update that tells of it
   if (begin.in_use) begin.in_use->epoch = std::max(begin.in_use->epoch, begin.next_epoch);
   return begin;
 }
 
-CameraMapper::Resumed CameraMapper::resume() {
-  Resumed resumed;
-  if (config_.maps_folder.empty() || mapper_ || camera_.empty()) return resumed;
+std::optional<MapUpdate> CameraMapper::resume() {
+  if (config_.maps_folder.empty() || mapper_ || camera_.empty()) return std::nullopt;
   const Camera* calibration = calibration_of(camera_);
-  if (!calibration) return resumed;
+  if (!calibration) return std::nullopt;
   begin_map(camera_, *calibration);
-  resumed.refused = std::exchange(refused_files_, {});
-  if (!saver_problem_.empty()) resumed.refused.push_back({Reason::kMapNotSaved, saver_problem_});
-  if (mapper_->statistics().keyframes > 0) resumed.update = next_update();
-  return resumed;
+  if (mapper_->statistics().keyframes > 0) return next_update();
+  return std::nullopt;
 }
 
 std::filesystem::path CameraMapper::saved_file(const std::string& name, Taken& problem) const {
@@ -95,16 +96,20 @@ void CameraMapper::localize_only(bool only) {
 }
 
 void CameraMapper::save_maps() {
-  if (saver_ && mapper_ && !mapper_->localizes_only())
+  if (saver_ && mapper_ && map_seq_ > safe_seq_)
     saver_->save(mapper_->snapshot(), *calibration_of(camera_), map_seq_);
 }
 
 std::optional<MapSaver::State> CameraMapper::saved() const {
   if (config_.maps_folder.empty() || !mapper_) return std::nullopt;
-  if (saver_ && !mapper_->localizes_only()) return saver_->state();
   MapSaver::State state;
+  if (saver_) {
+    state = saver_->state();
+    state.seq = std::max(state.seq, safe_seq_);
+    return state;
+  }
   state.seq = map_seq_;
-  state.is_safe = saver_.has_value();  // as it was loaded
+  state.is_safe = false;
   state.problem = saver_problem_;
   return state;
 }

@@ -207,6 +207,7 @@ MapUpdate Mapper::map_update() {
       live.update ? *std::exchange(live.update, std::nullopt) : live.news.since_last(live.map());
   update.map_id = state_->map_id;
   update.map_epoch = state_->epoch();
+  state_->map_changed = false;  // also where it was asked for before a frame said so
   return update;
 }
 

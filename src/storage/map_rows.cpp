@@ -11,7 +11,7 @@ namespace eifmap {
 namespace {
 
 // What a file can say of how many: more is no map.
-constexpr std::uint32_t kMost = 50'000'000;
+constexpr std::size_t kMost = 50'000'000;
 
 constexpr std::size_t kLogPiece = TrajectoryLog::Entries::piece_size();
 
@@ -28,7 +28,9 @@ class MapReader {
     if (h.map_sign != MapSign::kMinus && h.map_sign != MapSign::kPlus &&
         h.map_sign != MapSign::kBoth)
       return "it is of no sign";
-    if (std::max({h.keyframes, h.tracks, h.filter_edges, h.edges, h.absolutes, h.logged}) > kMost)
+    // Tracks that are no more have no row, and their numbers are not used again.
+    constexpr std::size_t kPerRow = 10'000;
+    if (h.tracks > std::min(kMost, kPerRow * (rows_.size() + 10)))
       return "its head asks for more than fits a map";
     if (h.keyframes > rows_.size() || h.logged > kLogPiece * rows_.size())
       return "it has not all of its keyframes";

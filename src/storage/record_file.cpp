@@ -213,7 +213,10 @@ std::string RecordWriter::replace(const std::filesystem::path& file, std::uint64
   name_ = name;
   number_ = 1;
   size_ = kHeaderSize + kRecordHeaderSize + first.size();
-  return flush_folder(file) ? "" : failure("cannot flush the folder of", file);
+  if (flush_folder(file)) return "";
+  std::string problem = failure("cannot flush the folder of", file);
+  close();  // who knows which of the two will be there: the next call writes it once more
+  return problem;
 }
 
 std::string RecordWriter::append(std::span<const std::uint8_t> record) {
