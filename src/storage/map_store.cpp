@@ -9,7 +9,6 @@
 #include <charconv>
 #include <cstring>
 #include <optional>
-#include <set>
 #include <string_view>
 #include <utility>
 
@@ -56,8 +55,7 @@ std::string MapStore::open() {
   if (::flock(lock_, LOCK_EX | LOCK_NB) == 0) return "";
   ::close(std::exchange(lock_, -1));
   return "the maps in " + folder_.string() +
-         " are in use by another server: stop it, or name "
-         "another folder";
+         " are in use by another server: stop it, or name another folder";
 }
 
 std::filesystem::path MapStore::file_of(std::int64_t map_id) const {
@@ -70,6 +68,7 @@ MapFile& MapStore::open_file(std::int64_t map_id) {
 
 MapStore::Loaded MapStore::load(const Camera& camera, const MapperOptions& options) {
   files_.clear();  // those of another calibration stay
+  left_alone_.clear();
   Loaded loaded;
   std::vector<LoadedMap> maps;
   bool all_whole = true;
@@ -80,6 +79,7 @@ MapStore::Loaded MapStore::load(const Camera& camera, const MapperOptions& optio
     loaded.torn_bytes += map.torn_bytes;
     if (!map.ok() || map.head.map_id != id) {
       all_whole = all_whole && map.reason == Reason::kMapFileOther;
+      left_alone_.push_back(id);
       loaded.refused.push_back({file, map.ok() ? Reason::kMapFileDamaged : map.reason,
                                 map.ok() ? "it is of another map than its name says" : map.detail});
       continue;
@@ -114,6 +114,8 @@ std::string MapStore::save(const MapperSnapshot& snapshot, const Camera& camera,
   names.seq = seq;
   names.last_map_id = std::max(last_map_id_, snapshot.last_map_id);
   for (const MapSnapshot& kept : snapshot.kept) names.beside.push_back(kept.map_id);
+  // Somebody may repair one: it is no part of the map in use, and must not go for it then.
+  names.beside.insert(names.beside.end(), left_alone_.begin(), left_alone_.end());
   for (const MapSnapshot& kept : snapshot.kept) {
     MapFile& file = open_file(kept.map_id);
     if (file.saved() && file.saved()->map == kept.map &&

@@ -52,6 +52,7 @@ class MapStore {
   int lock_ = -1;
   std::int64_t last_map_id_ = 0;
   std::map<std::int64_t, MapFile> files_;  // of the maps that there are, by id
+  std::vector<std::int64_t> left_alone_;   // maps whose files could not be used, as they are
 };
 
 }  // namespace eifmap

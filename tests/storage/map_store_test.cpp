@@ -106,6 +106,36 @@ TEST(MapStore, WhatIsDamagedIsLeftAndNothingIsThrownAway) {
   EXPECT_EQ(read_bytes(of_second), bytes);
 }
 
+TEST(MapStore, ARepairedOneIsThereAgain) {
+  const TemporaryFolder folder;
+  const MapSnapshot first = map_of(1, 1, 0), second = map_of(2, 2, 1);
+  const std::filesystem::path of_first = folder.path() / "map-1.eifmap";
+  {
+    MapStore store(folder.path());
+    ASSERT_EQ(store.open(), "");
+    ASSERT_EQ(store.save({first, {}, 1, 0}, kCamera, 1), "");
+  }
+  const std::vector<std::uint8_t> whole = read_bytes(of_first);
+  std::vector<std::uint8_t> damaged = whole;
+  damaged[damaged.size() / 2] ^= 1;
+  write_bytes(of_first, damaged);
+  {
+    MapStore store(folder.path());
+    ASSERT_EQ(store.open(), "");
+    ASSERT_EQ(store.load(kCamera, {}).refused.size(), 1u);
+    ASSERT_EQ(store.save({second, {}, 2, 0}, kCamera, 2), "");
+  }
+  write_bytes(of_first, whole);
+  MapStore store(folder.path());
+  ASSERT_EQ(store.open(), "");
+  const MapStore::Loaded after = store.load(kCamera, {});
+  ASSERT_TRUE(after.snapshot.in_use);
+  EXPECT_EQ(after.snapshot.in_use->map_id, 2);
+  ASSERT_EQ(after.snapshot.kept.size(), 1u);
+  ASSERT_EQ(store.save(after.snapshot, kCamera, 3), "");
+  EXPECT_TRUE(std::filesystem::exists(of_first));
+}
+
 TEST(MapStore, MapsOfAnotherCalibrationStay) {
   const TemporaryFolder folder;
   {
