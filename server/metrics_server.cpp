@@ -7,6 +7,8 @@
 #include <string_view>
 #include <utility>
 
+#include "program/listen_http.h"
+
 namespace eifmap {
 namespace {
 
@@ -72,24 +74,11 @@ MetricsServer::Opened MetricsServer::open(const ListenAt& at, MakeText make_text
 }
 
 std::string MetricsServer::listen() {
-  lws_set_log_level(0, nullptr);
   lws_context_creation_info info{};
-  info.port = at_.port;
-  info.iface = at_.address.c_str();
   info.protocols = kProtocols;
-  info.gid = info.uid = static_cast<decltype(info.uid)>(-1);  // as we are
   info.max_http_header_pool = kMaxConnections;
-  info.options = LWS_SERVER_OPTION_HTTP_HEADERS_SECURITY_BEST_PRACTICES_ENFORCE |
-                 LWS_SERVER_OPTION_DISABLE_IPV6 | LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND |
-                 LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
   info.user = this;
-  context_ = lws_create_context(&info);
-  lws_vhost* const host = context_ ? lws_create_vhost(context_, &info) : nullptr;
-  port_ = host ? lws_get_vhost_listen_port(host) : 0;
-  if (port_ > 0) return "";
-  return at_.address + ":" + std::to_string(at_.port) +
-         " cannot be listened at: choose others by " + at_.address_option + " and " +
-         at_.port_option;
+  return listen_http(at_, info, context_, port_);
 }
 
 MetricsServer::~MetricsServer() {

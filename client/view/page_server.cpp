@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "client/view/page_files.h"
+#include "program/listen_http.h"
 
 namespace eifmap {
 namespace {
@@ -144,22 +145,10 @@ PageServer::Opened PageServer::open(const ListenAt& at, View& view) {
 }
 
 std::string PageServer::listen() {
-  lws_set_log_level(0, nullptr);
   lws_context_creation_info info{};
-  info.port = at_.port;
-  info.iface = at_.address.c_str();
   info.protocols = kProtocols;
-  info.gid = info.uid = static_cast<decltype(info.uid)>(-1);  // as we are
-  info.options = LWS_SERVER_OPTION_HTTP_HEADERS_SECURITY_BEST_PRACTICES_ENFORCE |
-                 LWS_SERVER_OPTION_DISABLE_IPV6 | LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND |
-                 LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
   info.user = this;
-  context_ = lws_create_context(&info);
-  lws_vhost* const host = context_ ? lws_create_vhost(context_, &info) : nullptr;
-  port_ = host ? lws_get_vhost_listen_port(host) : 0;
-  if (port_ > 0) return "";
-  return at_.address + ":" + std::to_string(at_.port) +
-         " cannot be listened at: choose others with --address and --port";
+  return listen_http(at_, info, context_, port_);
 }
 
 PageServer::~PageServer() {
