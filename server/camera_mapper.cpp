@@ -126,7 +126,8 @@ void CameraMapper::change_calibration(const std::string& camera) {
 
 void CameraMapper::begin_map(const std::string& camera, const Camera& calibration, bool stored) {
   camera_ = camera;
-  record_ = {};
+  record_.reset();
+  if (config_.keeps_results) record_.emplace();
   timer_ = {};
   if (keyframes_) keyframes_->discard();
   mapper_.emplace(calibration, config_.mapper);
@@ -172,8 +173,8 @@ CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes byte
   if (!frame.ok() && to_be_guessed && guessed_.erase(channel.camera) > 0)
     calibrations_.erase(channel.camera);
   if (keyframes_) timer_.add("keyframe", keyframes_->take_busy_ms());
-  timer_.end_frame();
-  record_.add(mapped.result);
+  timer_.end_frame(config_.keeps_results);
+  if (record_) record_->add(mapped.result);
   return mapped;
 }
 
@@ -223,7 +224,7 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
     return frame;
   }
   frame.value = extract_frame(extractor_, pixels.gray, *camera, header);
-  if (!extractor_.roll_is_sure()) record_.add_unseen_roll();
+  if (record_ && !extractor_.roll_is_sure()) record_->add_unseen_roll();
   return frame;
 }
 
@@ -260,7 +261,8 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
 // What is refused now is counted by the mapper.
 void CameraMapper::give_measurements() {
   for (const AbsoluteMeasurement& measurement : measurements_.give(camera_))
-    if (mapper_->add_measurement(measurement) == Reason::kNone) record_.add(measurement);
+    if (mapper_->add_measurement(measurement) == Reason::kNone && record_)
+      record_->add(measurement);
 }
 
 MapUpdate CameraMapper::next_update() {
@@ -371,7 +373,8 @@ MapperStatistics CameraMapper::statistics() const {
 
 std::string CameraMapper::write_results(const std::filesystem::path& folder) const {
   if (!mapper_) return "no calibrated frame has arrived, so there are no results to write";
-  return record_.write(folder, *mapper_, timer_, "camera " + camera_);
+  if (!record_) return "no results were kept";
+  return record_->write(folder, *mapper_, timer_, "camera " + camera_);
 }
 
 }  // namespace eifmap

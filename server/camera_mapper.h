@@ -175,7 +175,7 @@ class CameraMapper {
   MeasurementIntake measurements_;
   std::int64_t received_us_ = 0, dropped_ = 0;  // of the frame in work, before it
   bool was_reset_ = false;                      // since the last frame that was taken
-  RunRecord record_;
+  std::optional<RunRecord> record_;  // config_.keeps_results
   StepTimer timer_;
   std::function<void(std::string_view, bool)> step_observer_;
 };

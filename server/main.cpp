@@ -171,7 +171,9 @@ int run_live(const ServerConfig& config, const std::filesystem::path& output,
     return kFailed;
   }
   if (!opened.advice.empty()) spdlog::warn(opened.advice);
-  MappingServer server(config, *opened.bus, log_change);
+  ServerConfig kept = config;
+  kept.keeps_results = !output.empty();
+  MappingServer server(kept, *opened.bus, log_change);
   const MetricsServer::Opened metrics = open_metrics(config, server);
   if (!metrics.problem.empty()) {
     spdlog::error(metrics.problem);

@@ -1,5 +1,6 @@
 #include "server/map_publisher.h"
 
+#include <algorithm>
 #include <numeric>
 #include <stdexcept>
 
@@ -50,7 +51,9 @@ std::size_t MapPublisher::bytes_after(std::int64_t seq) const {
 
 void MapPublisher::forget_old() {
   std::size_t bytes = bytes_after(-1);
-  while (updates_.size() > 1 && bytes > options_.max_kept_bytes) {
+  const std::size_t useful = std::min(
+      options_.max_kept_bytes, std::max(options_.small_map_bytes, 2 * map_.whole_bytes()));
+  while (updates_.size() > 1 && bytes > useful) {
     bytes -= updates_.front().bytes;
     updates_.pop_front();
   }

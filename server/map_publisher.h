@@ -24,8 +24,9 @@ class MapPublisher {
   struct Options {
     std::size_t max_part_bytes = 32 * 1024;
     int bytes_per_s = 5'000'000;
-    // Of updates that can be sent again as they were; who misses an older one gets the whole map.
-    std::size_t max_kept_bytes = 16u << 20;
+    // Of updates that can be sent again as they were; who misses an older one gets the whole map. So
+    // there is no use in more of them than twice the whole map, or of a small one this.
+    std::size_t max_kept_bytes = 16u << 20, small_map_bytes = 1u << 20;
   };
   explicit MapPublisher(const Options& options) : options_(options), outbox_(options.bytes_per_s) {}
 
@@ -52,6 +53,7 @@ class MapPublisher {
     std::int64_t parts_dropped = 0;  // of maps that were replaced before they had left
   };
   const Counts& counts() const { return counts_; }
+  std::size_t kept_bytes() const { return bytes_after(-1); }  // of updates, to be sent again
 
   // Nothing is sent again within this time.
   static constexpr auto kRepeat = std::chrono::milliseconds(50);

@@ -40,10 +40,10 @@ void StepTimer::add(std::string_view step, double ms) {
   timed.frame_ms += ms;
 }
 
-void StepTimer::end_frame() {
+void StepTimer::end_frame(bool keep) {
   observe(kWholeFrame, false);
   for (auto& [name, step] : steps_) {
-    if (step.ran) step.frames_ms.push_back(static_cast<float>(step.frame_ms));
+    if (step.ran && keep) step.frames_ms.push_back(static_cast<float>(step.frame_ms));
     step.ran = false;
     step.frame_ms = 0;
   }

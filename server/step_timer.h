@@ -23,7 +23,8 @@ class StepTimer {
   void observe(std::string_view step, bool begins);
   // A step of the current frame that another clock has timed.
   void add(std::string_view step, double ms);
-  void end_frame();
+  // `keep`: for summary().
+  void end_frame(bool keep = true);
 
   bool is_empty() const { return steps_.empty(); }  // nothing was ever told to it
 

@@ -14,13 +14,11 @@ namespace {
 
 // As the desk for measurements wants it.
 PlacedFrame placed_frame(const Map& map, const Tracking& tracking, const FrameResult& result) {
-  PlacedFrame frame{result.time_us, tracking.reference, result.reference_from_camera,
-                    tracking.covariance};
   const Eigen::Matrix3d to_keyframe = map.pose(tracking.reference).matrix().transpose();
-  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Identity();
-  turn.bottomRightCorner<3, 3>() = to_keyframe;
-  frame.covariance = turn * frame.covariance * turn.transpose();
-  return frame;
+  const Eigen::Matrix3d of_centre =
+      to_keyframe * tracking.covariance.bottomRightCorner<3, 3>() * to_keyframe.transpose();
+  return {result.time_us, tracking.reference, result.reference_from_camera,
+          tracking.covariance.topLeftCorner<3, 3>().cast<float>(), of_centre.cast<float>()};
 }
 
 }  // namespace
@@ -54,7 +52,7 @@ void Mapper::State::start_map(ObservedFrame observed, FrameResult& result) {
     live->log.add(posed.time_us, 0, live->map().pose(0).inverse() * posed.world_from_camera);
   live->log.add(time_us, 1, Rigid3());
   desk.forget_frames();
-  desk.add_frame(PlacedFrame::as_keyframe(live->map().keyframe(0).observed().frame.time_us, 0));
+  desk.add_frame(PlacedFrame::as_keyframe(live->map().keyframe(0).time_us, 0));
   desk.add_frame(PlacedFrame::as_keyframe(time_us, 1));
   live->reference = 1;
   live->last = {live->map().pose(1)};

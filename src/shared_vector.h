@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -82,8 +83,35 @@ class SharedVector {
   Iterator begin() const { return {this, 0}; }
   Iterator end() const { return {this, size_}; }
 
-  T& write(std::size_t i) { return own(i / kPiece).items[i % kPiece]; }
+  T& write(std::size_t i) {
+    Piece& piece = own(i / kPiece);
+    piece.blank.reset(i % kPiece);
+    return piece.items[i % kPiece];
+  }
   T& write_back() { return write(size_ - 1); }
+
+  // Grows by T(), to stay so.
+  void extend(std::size_t size) {
+    while (size_ < size) {
+      if (size_ % kPiece == 0 && size - size_ >= kPiece) {
+        pieces_.push_back(blank_piece());
+        size_ += kPiece;
+      } else {
+        push_back(T());
+        reset(size_ - 1);
+      }
+    }
+  }
+
+  // Element i becomes T(), to stay so. A piece in which all have become so costs nothing any more:
+  // all vectors share one.
+  void reset(std::size_t i) {
+    if (pieces_[i / kPiece]->blank[i % kPiece]) return;
+    write(i) = T();
+    Piece& piece = own(i / kPiece);
+    piece.blank.set(i % kPiece);
+    if (piece.blank.all()) pieces_[i / kPiece] = blank_piece();
+  }
 
   void push_back(T item) {
     if (size_ % kPiece == 0) {
@@ -122,6 +150,11 @@ class SharedVector {
     return i / kPiece < other.pieces_.size() && pieces_[i / kPiece] == other.pieces_[i / kPiece];
   }
   static constexpr std::size_t piece_size() { return kPiece; }
+  // Of which there is anything to hold.
+  std::size_t num_pieces_held() const {
+    return static_cast<std::size_t>(std::count_if(
+        pieces_.begin(), pieces_.end(), [](const auto& piece) { return piece != blank_piece(); }));
+  }
 
   // How many of its pieces it has not made itself since it was last copied.
   std::size_t num_shared_pieces() const {
@@ -133,8 +166,19 @@ class SharedVector {
  private:
   struct Piece {
     std::uint64_t owner = 0;  // the name of whose it is; never changed once others may see it
+    std::bitset<kPiece> blank;   // what reset() has made of it, and nobody has written to since
     std::array<T, kPiece> items{};
   };
+
+  // Of no vector: who writes to it makes a copy.
+  static const std::shared_ptr<Piece>& blank_piece() {
+    static const std::shared_ptr<Piece> blank = [] {
+      auto piece = std::make_shared<Piece>();
+      piece->blank.set();
+      return piece;
+    }();
+    return blank;
+  }
 
   // From now on another may have its pieces too.
   void share() const { owner_.store(0, std::memory_order_relaxed); }

@@ -29,7 +29,7 @@ TEST(SharedVector, CopiesAreWhatVectorsAre) {
     for (int step = 0; step < 400; ++step) {
       const std::size_t a = draw(kCopies), b = draw(kCopies);
       const std::string text = std::to_string(step);
-      switch (draw(plain[a].empty() ? 2 : 7)) {
+      switch (draw(plain[a].empty() ? 2 : 10)) {
         case 0:
         case 1:
           shared[a].push_back(text), plain[a].push_back(text);
@@ -46,6 +46,12 @@ TEST(SharedVector, CopiesAreWhatVectorsAre) {
           if (a == b) break;
           shared[a] = std::move(shared[b]), plain[a] = plain[b];
           shared[b] = Shared(), plain[b].clear();
+          break;
+        }
+        case 5:
+        case 6: {  // old ones, so that whole pieces become so
+          const std::size_t at = draw(plain[a].size() / 2 + 1);
+          shared[a].reset(at), plain[a][at].clear();
           break;
         }
         default: {
@@ -72,6 +78,27 @@ TEST(SharedVector, CopiesOnlyThePiecesThatAreWrittenTo) {
   one.write(5) = "w";
   EXPECT_EQ(one[5], "w");
   EXPECT_EQ(other[5], "y");
+}
+
+// What ever was in it and is no more costs a pointer for each piece.
+TEST(SharedVector, HoldsNoPieceOfWhichAllWasReset) {
+  Shared one;
+  for (int i = 0; i < 40; ++i) one.push_back("x");
+  const Shared before = one;
+  for (std::size_t i = 0; i < 38; ++i)
+    if (i != 9) one.reset(i);
+  EXPECT_EQ(one.num_pieces_held(), 2u);
+  EXPECT_EQ(before.num_pieces_held(), 10u);
+  EXPECT_EQ(before[0], "x");
+  EXPECT_EQ(one[0], "");
+  EXPECT_EQ(one[9], "x");
+  one.write(1) = "y";
+  EXPECT_EQ(one.num_pieces_held(), 3u);
+  const std::vector<std::string> first = {"", "y", "", ""};
+  EXPECT_TRUE(std::equal(first.begin(), first.end(), one.begin()));
+  EXPECT_EQ(one[4], "");
+  one.reset(1);
+  EXPECT_EQ(one.num_pieces_held(), 2u);
 }
 
 TEST(SharedVector, RefusesWhatIsBeyondItsEnd) {

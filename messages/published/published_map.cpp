@@ -113,6 +113,15 @@ map_part_t PublishedMap::whole() const {
   return update;
 }
 
+std::size_t PublishedMap::whole_bytes() const {
+  static const auto of_keyframe = static_cast<std::size_t>(keyframe_t{}._getEncodedSizeNoHash());
+  static const auto of_landmark = static_cast<std::size_t>(landmark_t{}._getEncodedSizeNoHash());
+  static const auto of_observation =
+      static_cast<std::size_t>(observation_t{}._getEncodedSizeNoHash());
+  return of_keyframe * keyframes_.size() + of_landmark * landmarks_.size() +
+         of_observation * static_cast<std::size_t>(num_observations_);
+}
+
 bool position_in_map(const PublishedMap& map, const landmark_t& landmark, double position[3]) {
   const auto anchor = map.keyframes().find(landmark.anchor);
   if (anchor == map.keyframes().end()) return false;

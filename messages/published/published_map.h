@@ -33,6 +33,7 @@ class PublishedMap {
   void apply(const map_part_t& update);
   // As one update: base_seq -1, entries by their ids ascending.
   map_part_t whole() const;
+  std::size_t whole_bytes() const;  // of its entries, encoded
 
   const std::string& camera() const { return camera_; }
   std::int64_t server_epoch() const { return server_epoch_; }

@@ -61,6 +61,7 @@ void InformationFilter::make_metric(double metres_per_unit) {
   for (int p = 0; p < num_poses(); ++p) set_pose(p, scaled(poses_[p]));
   for (Rigid3& pose : poses_before_) pose = scaled(pose);
   for (int l = 0; l < num_landmarks(); ++l) {
+    if (landmarks_[l].is_removed()) continue;
     FilterLandmark& landmark = landmarks_.write(l);
     landmark.position *= metres_per_unit;
     landmark.covariance *= metres_per_unit * metres_per_unit;

@@ -98,8 +98,9 @@ void InformationFilter::remove_measurements(int landmark, Predicate predicate) {
   std::erase_if(of.measurements, predicate);
   of.changed = true;
   touch(landmark);
-  if (!of.measurements.empty()) return;
-  of.measurements.shrink_to_fit();  // its handle stays, and there may be many such
+  if (!of.is_removed()) return;
+  landmarks_.reset(landmark);  // its handle stays, and there may be many such
+  correlation_sums_.remove(landmark);
   remove_absolutes([landmark](const FilterAbsolute& a) { return is_between(a, landmark); });
 }
 
@@ -122,8 +123,10 @@ void InformationFilter::remove_landmark(int landmark) {
 
 void InformationFilter::scale_sigmas(double factor) {
   if (!(factor > 0)) throw std::invalid_argument("InformationFilter: factor not positive");
-  for (int l = 0; l < num_landmarks(); ++l)
+  for (int l = 0; l < num_landmarks(); ++l) {
+    if (landmarks_[l].is_removed()) continue;
     for (PointMeasurement& m : landmarks_.write(l).measurements) m.sigma *= factor;
+  }
   for (int e = 0; e < num_edges(); ++e) edges_.write(e).measurement.sqrt_information /= factor;
   // What the map's covariances were multiplied by is, as far as that goes, in the sigmas now.
   const double squared = factor * factor;
@@ -288,9 +291,10 @@ void InformationFilter::judge_newest(FilterUpdate& update) const {
 
 // What its sights say of errors, and it itself given the poses, as of its linearization.
 void InformationFilter::judge_landmark(int l) {
+  if (landmarks_[l].is_removed()) return;
   FilterLandmark& landmark = landmarks_.write(l);
   correlation_sums_.set(l, landmark, poses_);
-  if (!landmark.measurements.empty()) landmark.covariance = conditional_covariance(landmark);
+  landmark.covariance = conditional_covariance(landmark);
 }
 
 FilterUpdate InformationFilter::update() {

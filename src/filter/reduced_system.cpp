@@ -315,6 +315,7 @@ void ReducedSystem::sum(const PoseIndex& index, FilterLandmarks& landmarks,
   grow(n);
   largest_step_alone_ = 0;
   for (int l : touched) {
+    if (landmarks[l].is_removed()) continue;
     FilterLandmark& landmark = landmarks.write(l);
     if (landmark.changed) {
       mark_pairs(landmark, true);

@@ -42,6 +42,7 @@ std::size_t InformationFilter::linearize_moved() {
   const Holding held = holding();
   std::size_t count = 0;
   for (int l : touched_.sorted()) {
+    if (landmarks_[l].is_removed()) continue;
     FilterLandmark& landmark = landmarks_.write(l);
     for (PointMeasurement& m : landmark.measurements) {
       if (once && m.linearized) continue;
@@ -62,6 +63,7 @@ std::size_t InformationFilter::linearize_moved() {
 
 void InformationFilter::linearize_all_anew() {
   for (int l = 0; l < num_landmarks(); ++l) {
+    if (landmarks_[l].is_removed()) continue;
     FilterLandmark& landmark = landmarks_.write(l);
     landmark.changed = true;
     for (PointMeasurement& m : landmark.measurements) m.linearized = false;
@@ -146,6 +148,7 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
   const std::vector<int> in_question = touched_.sorted();
   touched_.clear();
   for (int l : in_question) {
+    if (landmarks_[l].is_removed()) continue;
     FilterLandmark& landmark = landmarks_.write(l);
     const Eigen::Vector3d position_before = landmark.position;
     bool moved = false;
@@ -179,7 +182,7 @@ void InformationFilter::undo() {
   for (int p = 0; p < num_poses(); ++p) set_pose(p, poses_before_[p]);
   earth_from_map_ = earth_before_;
   for (const auto& [landmark, position] : positions_before_)
-    landmarks_.write(landmark).position = position;
+    if (!landmarks_[landmark].is_removed()) landmarks_.write(landmark).position = position;
   linearize_all_anew();
 }
 

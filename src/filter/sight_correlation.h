@@ -27,6 +27,10 @@ class CorrelationSums {
  public:
   // What the landmark's sights say now, in place of what they said.
   void set(int landmark, const FilterLandmark& of, const std::vector<Rigid3>& poses);
+  // It has none any more.
+  void remove(int landmark) {
+    if (static_cast<std::size_t>(landmark) < tracks_.size()) tracks_.reset(landmark);
+  }
   SightCorrelation correlation() const;
 
  private:

@@ -26,7 +26,7 @@ std::optional<EarthView> earth_view(const Map& map) {
     if (map.is_removed(k)) continue;
     EarthView::Keyframe& keyframe = view.keyframes.emplace_back();
     keyframe.id = k;
-    keyframe.time_us = map.keyframe(k).observed().frame.time_us;
+    keyframe.time_us = map.keyframe(k).time_us;
     keyframe.earth_from_camera = view.earth_from_map * map.pose(k);
     PoseBlock covariance;
     if (certain && covariance_in_earth(filter, k, covariance))

@@ -150,7 +150,7 @@ void CalibrationCheck::warn(FrameResult& result) const {
 
 void CalibrationCheck::look_at(const Map& map) {
   if (verdict_ != Verdict::kOpen) return;
-  const std::int64_t begun_us = map.keyframe(0).observed().frame.time_us;
+  const std::int64_t begun_us = map.keyframe(0).time_us;
   const int newest = map.num_keyframes() - 1;
   if (begun_us != map_begun_us_) anchor_ = newest_ = 0;
   map_begun_us_ = begun_us;

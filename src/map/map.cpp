@@ -13,10 +13,19 @@ Map::Map(const Camera& camera, const MapperOptions& options)
       filter_(options.filter, camera.radians_per_pixel()),
       noise_(options) {}
 
+// One for all: of a long run, most keyframes are removed ones.
+void Keyframe::forget_seen() {
+  static const auto nothing = std::make_shared<const ObservedFrame>();
+  frame = nothing;
+  track = {};
+  spent = {};
+}
+
 int Map::add_keyframe(std::shared_ptr<const ObservedFrame> observed,
                       const Rigid3& world_from_camera) {
   places_.add(num_keyframes(), observed->frame);
   Keyframe keyframe;
+  keyframe.time_us = observed->frame.time_us;
   keyframe.track.assign(observed->size(), kNoTrack);
   keyframe.spent.assign(observed->size(), 0);
   keyframe.frame = std::move(observed);
@@ -54,12 +63,7 @@ void Map::remove_keyframe(int keyframe) {
   places_.remove(keyframe);
 
   Keyframe& old = keyframes_.write(keyframe);
-  auto forgotten = std::make_shared<ObservedFrame>();
-  forgotten->frame.time_us = old.observed().frame.time_us;
-  forgotten->map_sign = old.observed().map_sign;
-  old.frame = std::move(forgotten);
-  old.track = {};
-  old.spent = {};
+  old.forget_seen();
   old.carrier = carrier;
   old.carrier_from_this = pose(carrier).inverse() * pose(keyframe);
   ++num_removed_;
@@ -157,7 +161,10 @@ void Map::remove_sight(int track, int keyframe) {
     keyframes_.write(keyframe).track[s.keypoint] = kNoTrack;
     return true;
   });
-  if (t.is_landmark()) filter_.remove_measurement(t.landmark, keyframe);
+  if (t.is_landmark())
+    filter_.remove_measurement(t.landmark, keyframe);
+  else if (t.sights.empty())
+    tracks_.reset(track);
 }
 
 std::vector<int> Map::measured_tracks() const {
@@ -175,12 +182,12 @@ void Map::remove_track(int track) {
   if (track < 0 || track >= num_tracks()) throw std::out_of_range("Map: no such track");
   Track& t = tracks_.write(track);
   for (const Sight& s : t.sights) keyframes_.write(s.keyframe).track[s.keypoint] = kNoTrack;
-  t.sights = {};  // its number stays, and there may be many such
-  if (!t.is_landmark()) return;
-  if (const int distances = filter_.num_distances(t.landmark); distances > 0)
+  const int landmark = t.landmark;
+  tracks_.reset(track);  // its number stays, and there may be many such
+  if (landmark < 0) return;
+  if (const int distances = filter_.num_distances(landmark); distances > 0)
     scale_.counts.kinds[MeasurementKind::kLandmarks].dropped += distances;
-  filter_.remove_landmark(t.landmark);
-  t.landmark = -1;
+  filter_.remove_landmark(landmark);
   --num_landmarks_;
 }
 

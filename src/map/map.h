@@ -25,11 +25,14 @@ inline constexpr int kNoTrack = -1;
 
 // Keyframes are numbered from 0; keyframe k is pose k of the filter.
 struct Keyframe {
+  std::int64_t time_us = 0;                    // of its image
   std::shared_ptr<const ObservedFrame> frame;  // what was seen never changes: copies share it
   std::vector<int> track;                      // per keypoint: of Omega_m, or kNoTrack
   std::vector<std::uint8_t> spent;  // per keypoint: of Omega_p, 1 when an edge has used it
   const ObservedFrame& observed() const { return *frame; }
 
+  // Takes out what was seen; it is nothing from then on.
+  void forget_seen();
   // Once it is removed: what it is relative to, one that is in the map.
   int carrier = -1;
   Rigid3 carrier_from_this;

@@ -53,8 +53,9 @@ void Map::append_tracks(const Map& other, const Similarity& world_from_other, in
   const double squared = world_from_other.scale * world_from_other.scale;
   for (int t = 0; t < other.num_tracks(); ++t) {
     const Track& from = other.tracks_[t];
+    const int track = num_tracks();
     tracks_.push_back({});
-    const int track = num_tracks() - 1;
+    if (from.sights.empty()) tracks_.reset(track);
     for (const Sight& s : from.sights) add_sight(track, {first_keyframe + s.keyframe, s.keypoint});
     if (from.is_landmark())
       promote(track, world_from_other * other.position(t),

@@ -21,7 +21,8 @@ struct MapContents {
     std::int64_t time_us = 0;
   };
   struct OfTrack {
-    std::vector<Sight> sights;  // as Track's; empty: removed
+    int number = 0;
+    std::vector<Sight> sights;  // as Track's
     bool is_landmark = false;
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of a landmark
   };
@@ -32,7 +33,8 @@ struct MapContents {
 
   MapSign map_sign = MapSign::kMinus;
   std::vector<OfKeyframe> keyframes;
-  std::vector<OfTrack> tracks;
+  int num_tracks = 0;           // removed ones too
+  std::vector<OfTrack> tracks;  // those that are left, by number ascending
   std::vector<OfEdge> filter_edges;  // that the filter holds
   std::vector<MapEdge> edges;        // that have used measurements
   FilterBooks filter;

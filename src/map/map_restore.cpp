@@ -46,8 +46,10 @@ class Checker {
            keypoint < contents_.keyframes[keyframe].frame->size();
   }
   bool has_landmark(int track) const {
-    return track >= 0 && track < static_cast<int>(contents_.tracks.size()) &&
-           contents_.tracks[track].is_landmark;
+    const auto found = std::lower_bound(
+        contents_.tracks.begin(), contents_.tracks.end(), track,
+        [](const MapContents::OfTrack& of, int number) { return of.number < number; });
+    return found != contents_.tracks.end() && found->number == track && found->is_landmark;
   }
 
   std::string keyframes() const {
@@ -70,8 +72,12 @@ class Checker {
     std::vector<std::vector<std::uint8_t>> taken;  // keypoints, by keyframe
     for (const MapContents::OfKeyframe& keyframe : contents_.keyframes)
       taken.emplace_back(keyframe.frame ? keyframe.frame->size() : 0, 0);
-    for (std::size_t t = 0; t < contents_.tracks.size(); ++t) {
-      const MapContents::OfTrack& track = contents_.tracks[t];
+    int next = 0;
+    for (const MapContents::OfTrack& track : contents_.tracks) {
+      const auto t = static_cast<std::size_t>(track.number);
+      if (track.number < next || track.number >= contents_.num_tracks || track.sights.empty())
+        return of("track", t, "is out of order, or was never seen");
+      next = track.number + 1;
       int last = -1;
       for (const Sight& sight : track.sights) {
         if (!has_keypoint(sight.keyframe, sight.keypoint))
@@ -81,8 +87,8 @@ class Checker {
           return of("track", t, "has a sight that is another's");
         last = sight.keyframe;
       }
-      if (track.is_landmark && (!track.position.allFinite() || track.sights.empty()))
-        return of("track", t, "is a landmark without a place or a sight");
+      if (track.is_landmark && !track.position.allFinite())
+        return of("track", t, "is a landmark without a place");
     }
     return "";
   }
@@ -124,9 +130,9 @@ class Checker {
         for (const PlacedPoint& point : placed.points)
           if (point.keyframe < 0 || point.keyframe >= n)
             return of("waiting measurement", m, "is of no keyframe");
-        const int tracks = static_cast<int>(contents_.tracks.size());
         for (int track : placed.tracks)
-          if (track < -1 || track >= tracks) return of("waiting measurement", m, "is of no track");
+          if (track < -1 || track >= contents_.num_tracks)
+            return of("waiting measurement", m, "is of no track");
         const bool of_landmarks = placed.kind == MeasurementKind::kLandmarks;
         if (of_landmarks ? std::min(placed.tracks[0], placed.tracks[1]) < 0 : placed.points.empty())
           return of("waiting measurement", m, "is of nothing");
@@ -167,16 +173,14 @@ void Map::restore_keyframes(MapContents& contents) {
   for (MapContents::OfKeyframe& from : contents.keyframes) {
     const int k = num_keyframes();
     Keyframe keyframe;
+    keyframe.time_us = from.time_us;
     if (from.carrier < 0) {
       if (!ready) places_.add(k, from.frame->frame);
       keyframe.track.assign(from.frame->size(), kNoTrack);
       keyframe.spent.assign(from.frame->size(), 0);
       keyframe.frame = std::move(from.frame);
     } else {
-      auto forgotten = std::make_shared<ObservedFrame>();
-      forgotten->frame.time_us = from.time_us;
-      forgotten->map_sign = contents.map_sign;
-      keyframe.frame = std::move(forgotten);
+      keyframe.forget_seen();
       keyframe.carrier = from.carrier;
       keyframe.carrier_from_this = from.carrier_from_this;
       ++num_removed_;
@@ -191,13 +195,15 @@ void Map::restore_keyframes(MapContents& contents) {
 
 bool Map::restore_measurements(MapContents& contents) {
   for (MapContents::OfTrack& from : contents.tracks) {
+    const int track = from.number;
+    tracks_.extend(static_cast<std::size_t>(track));
     tracks_.push_back({});
-    const int track = num_tracks() - 1;
     for (const Sight& sight : from.sights)
       keyframes_.write(sight.keyframe).track[sight.keypoint] = track;
     tracks_.write(track).sights = std::move(from.sights);
     if (from.is_landmark) promote(track, from.position, Eigen::Matrix3d::Zero());
   }
+  tracks_.extend(static_cast<std::size_t>(contents.num_tracks));
   for (const MapContents::OfEdge& edge : contents.filter_edges)
     filter_.add_edge(edge.i, edge.j, edge.measurement);
   for (MapEdge& edge : contents.edges) spend(std::move(edge));

@@ -22,8 +22,8 @@ PlacedPoint point_of(const PlacedFrame& frame, const Eigen::Vector3d& lever) {
   point.keyframe = frame.keyframe;
   point.offset = frame.keyframe_from_camera.translation;
   point.lever = turn * lever;
-  point.offset_covariance = frame.covariance.bottomRightCorner<3, 3>();
-  point.lever_covariance = by_turn * frame.covariance.topLeftCorner<3, 3>() * by_turn.transpose();
+  point.offset_covariance = frame.centre_covariance.cast<double>();
+  point.lever_covariance = by_turn * frame.turn_covariance.cast<double>() * by_turn.transpose();
   return point;
 }
 
@@ -53,9 +53,7 @@ void MeasurementDesk::make_keyframe(std::int64_t time_us, int keyframe) {
 
 void PlacedFrame::grow(double factor) {
   keyframe_from_camera.translation *= factor;
-  covariance.topRightCorner<3, 3>() *= factor;
-  covariance.bottomLeftCorner<3, 3>() *= factor;
-  covariance.bottomRightCorner<3, 3>() *= factor * factor;
+  centre_covariance *= static_cast<float>(factor * factor);
 }
 
 void MeasurementDesk::make_metric(double metres_per_unit) {
@@ -134,7 +132,7 @@ Reason MeasurementDesk::place_gravity(const Map& map, const AbsoluteMeasurement&
   placed.value = (turn * m.down).normalized();
   placed.covariance =
       m.sigma * m.sigma * Eigen::Matrix3d::Identity() +
-      turn * nearest.covariance.topLeftCorner<3, 3>() * turn.toRotationMatrix().transpose();
+      turn * nearest.turn_covariance.cast<double>() * turn.toRotationMatrix().transpose();
   return Reason::kNone;
 }
 
@@ -146,7 +144,7 @@ Reason MeasurementDesk::place_way(const Map& map, const AbsoluteMeasurement& m,
     return reason;
   if (m.kind == MeasurementKind::kOdometry)
     for (int k = 0; k < map.num_keyframes(); ++k) {
-      const std::int64_t time_us = map.keyframe(k).observed().frame.time_us;
+      const std::int64_t time_us = map.keyframe(k).time_us;
       if (time_us <= m.time_us || time_us >= m.until_us || map.is_removed(k)) continue;
       placed.points.emplace_back();
       placed.points.back().keyframe = k;

@@ -20,8 +20,10 @@ struct PlacedFrame {
   std::int64_t time_us = 0;
   int keyframe = -1;  // that it is placed relative to; -1: it has no pose
   Rigid3 keyframe_from_camera;
-  // Of (w in the camera's frame, centre in the keyframe's), given the keyframe; map units.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  // Given the keyframe: of w in the camera's frame, and of the centre in the keyframe's, map units.
+  // Of each frame of a long run, so in half the bytes.
+  Eigen::Matrix3f turn_covariance = Eigen::Matrix3f::Zero();
+  Eigen::Matrix3f centre_covariance = Eigen::Matrix3f::Zero();
 
   void grow(double factor);  // what is in the map's unit
   static PlacedFrame without_pose(std::int64_t time_us) { return as_keyframe(time_us, -1); }

@@ -83,18 +83,24 @@ bool SightCounts::is_elsewhere(const Map& map, const Tracking& tracking) const {
 void SightCounts::add(const Map& map, const Tracking& tracking) {
   if (!is_elsewhere(map, tracking)) return;
   last_ = tracking.world_from_camera;
-  counts_.resize(static_cast<std::size_t>(map.num_tracks()));
   for (const int track :
        landmarks_expected(map, view_, tracking.world_from_camera, tracking.looked_for)) {
-    Count& count = counts_[static_cast<std::size_t>(track)];
+    Count& count = counts_[track];
     ++count.expected;
     count.seen += sees(tracking.sights, track);
   }
+  forget_removed(map);
+}
+
+// Numbers of tracks are not used again, and of those that there ever were most are no more. Not
+// looked at before half of the counts can be theirs.
+void SightCounts::forget_removed(const Map& map) {
+  if (counts_.size() <= 2 * static_cast<std::size_t>(map.num_landmarks())) return;
+  std::erase_if(counts_, [&map](const auto& of) { return !map.track(of.first).is_landmark(); });
 }
 
 void SightCounts::include(const SightCounts& other, const Appended& appended) {
-  counts_.resize(static_cast<std::size_t>(appended.first_track));
-  counts_.insert(counts_.end(), other.counts_.begin(), other.counts_.end());
+  for (const auto& [track, count] : other.counts_) counts_[appended.first_track + track] = count;
   forget_last();
 }
 
@@ -102,10 +108,10 @@ std::vector<int> SightCounts::hardly_seen(const Map& map) const {
   constexpr int kEnough = 12;  // expected sights before a landmark is judged
   constexpr double kShare = 0.25;
   std::vector<int> tracks;
-  for (std::size_t t = 0; t < counts_.size(); ++t)
-    if (counts_[t].expected >= kEnough && counts_[t].seen < kShare * counts_[t].expected &&
-        map.track(static_cast<int>(t)).is_landmark())
-      tracks.push_back(static_cast<int>(t));
+  for (const auto& [track, count] : counts_)
+    if (count.expected >= kEnough && count.seen < kShare * count.expected &&
+        map.track(track).is_landmark())
+      tracks.push_back(track);
   return tracks;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -65,9 +66,10 @@ class SightCounts {
     int expected = 0, seen = 0;
   };
   bool is_elsewhere(const Map& map, const Tracking& tracking) const;
+  void forget_removed(const Map& map);
 
   SafeView view_;
-  std::vector<Count> counts_;   // by track
+  std::map<int, Count> counts_;  // by track
   std::optional<Rigid3> last_;  // pose of the frame counted last
 };
 

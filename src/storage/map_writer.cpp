@@ -10,6 +10,16 @@ MapContents::OfEdge of_filter(const FilterEdge& edge) {
   return {edge.i, edge.j, edge.measurement};
 }
 
+// The elements of pieces that the vector from before does not share; null: all.
+template <class Vector, class Visit>
+void for_changed(const Vector& now, const Vector* before, Visit visit) {
+  constexpr std::size_t kPiece = Vector::piece_size();
+  for (std::size_t first = 0; first < now.size(); first += kPiece) {
+    if (before && now.shares_piece(first, *before)) continue;
+    for (std::size_t i = first; i < std::min(first + kPiece, now.size()); ++i) visit(i);
+  }
+}
+
 }  // namespace
 
 template <class Visit>
@@ -64,7 +74,7 @@ void MapWriter::put_keyframes() {
     const bool known = before && k < before->num_keyframes();
     const bool same_frame = known && before->keyframe(k).frame == keyframe.frame;
     MapContents::OfKeyframe row;
-    row.time_us = keyframe.observed().frame.time_us;
+    row.time_us = keyframe.time_us;
     row.pose = map_.pose(k);
     row.carrier = keyframe.carrier;
     row.carrier_from_this = keyframe.carrier_from_this;
@@ -104,16 +114,17 @@ void MapWriter::put_track(int t) {
 
 void MapWriter::put_tracks() {
   const Map* before = map_before();
-  std::vector<std::uint8_t> stale(static_cast<std::size_t>(map_.num_tracks()), 0);
-  for (std::size_t t = 0; t < stale.size(); ++t)
-    stale[t] = !before || !map_.tracks().shares_piece(t, before->tracks());
-  const FilterLandmarks& landmarks = map_.filter().landmarks();
-  for (std::size_t l = 0; l < landmarks.size(); ++l)
-    if (!before || !landmarks.shares_piece(l, before->filter().landmarks()))
-      stale[static_cast<std::size_t>(map_.track_of_landmark(static_cast<int>(l)))] = 1;
-  for (std::size_t t = 0; t < stale.size(); ++t)
-    if (stale[t]) put_track(static_cast<int>(t));
-  erase_beyond(Table::kTrack, stale.size(),
+  std::vector<int> stale;
+  for_changed(map_.tracks(), before ? &before->tracks() : nullptr,
+              [&](std::size_t t) { stale.push_back(static_cast<int>(t)); });
+  for_changed(map_.filter().landmarks(), before ? &before->filter().landmarks() : nullptr,
+              [&](std::size_t l) {
+                stale.push_back(map_.track_of_landmark(static_cast<int>(l)));
+              });
+  std::sort(stale.begin(), stale.end());
+  stale.erase(std::unique(stale.begin(), stale.end()), stale.end());
+  for (const int t : stale) put_track(t);
+  erase_beyond(Table::kTrack, static_cast<std::size_t>(map_.num_tracks()),
                before ? static_cast<std::size_t>(before->num_tracks()) : 0);
 }
 

@@ -1,5 +1,7 @@
 #include "storage/rows.h"
 
+#include <algorithm>
+
 #include "storage/hash.h"
 
 namespace eifmap {
@@ -91,6 +93,15 @@ std::string RowSet::problem() const {
   for (const auto& [packed, row] : rows_)
     digest += hash_of({static_cast<Table>(packed >> 32), static_cast<std::uint32_t>(packed)}, row);
   return digest == digest_ ? "" : "its rows are not those that were written";
+}
+
+std::vector<std::uint32_t> RowSet::numbers(Table table) const {
+  std::vector<std::uint32_t> numbers;
+  for (const auto& [packed, row] : rows_)
+    if (static_cast<Table>(packed >> 32) == table)
+      numbers.push_back(static_cast<std::uint32_t>(packed));
+  std::sort(numbers.begin(), numbers.end());
+  return numbers;
 }
 
 RowBytes RowSet::operator[](RowKey key) const {

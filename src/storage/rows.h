@@ -75,6 +75,7 @@ class RowSet {
   bool has(RowKey key) const { return rows_.contains(key.packed()); }
   RowBytes operator[](RowKey key) const;  // empty where there is none
   std::size_t size() const { return rows_.size(); }
+  std::vector<std::uint32_t> numbers(Table table) const;  // of its rows, ascending
 
  private:
   std::unordered_map<std::uint64_t, RowBytes> rows_;

@@ -124,12 +124,12 @@ TEST(LoopMapper, FramesGrowWithTheirKeyframes) {
               1e-12);
   PlacedFrame frame;
   frame.keyframe_from_camera.translation = {1, 2, 3};
-  frame.covariance.setOnes();
+  frame.turn_covariance.setOnes();
+  frame.centre_covariance.setOnes();
   frame.grow(2);
   EXPECT_EQ(frame.keyframe_from_camera.translation, Eigen::Vector3d(2, 4, 6));
-  EXPECT_EQ(frame.covariance(0, 0), 1);
-  EXPECT_EQ(frame.covariance(0, 3), 2);
-  EXPECT_EQ(frame.covariance(5, 5), 4);
+  EXPECT_EQ(frame.turn_covariance(0, 0), 1);
+  EXPECT_EQ(frame.centre_covariance(2, 2), 4);
 }
 
 }  // namespace

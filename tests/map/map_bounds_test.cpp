@@ -122,6 +122,39 @@ TEST(MapBounds, HoldOnALongWalk) {
     EXPECT_LT((scale * moved(i) - truly_moved(i)).norm(), 0.02 * truly_moved(239).norm()) << i;
 }
 
+// Every landmark gives way to another with its sights.
+void renew_landmarks(Map& map) {
+  const int tracks = map.num_tracks();
+  for (int t = 0; t < tracks; ++t) {
+    if (!map.track(t).is_landmark()) continue;
+    const std::vector<Sight> sights = map.track(t).sights;
+    const Eigen::Vector3d position = map.position(t);
+    map.remove_track(t);
+    const int renewed = map.add_track(sights.front());
+    for (std::size_t s = 1; s < sights.size(); ++s) map.add_sight(renewed, sights[s]);
+    map.promote(renewed, position, Eigen::Matrix3d::Identity());
+  }
+}
+
+// Numbers of what is no more are not used again, and a camera that never rests uses up millions.
+TEST(MapBounds, WhatWasRemovedIsNotHeld) {
+  Map map = scene_with_landmarks(SyntheticStream(), 4);
+  map.update();
+  const auto in_use = static_cast<std::size_t>(map.num_landmarks());
+  for (int round = 0; round < 30; ++round) {
+    renew_landmarks(map);
+    ASSERT_EQ(map.update().reason, Reason::kNone);
+    if (round == 15) map.filter().scale_sigmas(1.1);  // looks at everything
+  }
+  EXPECT_TRUE(audit(map).empty());
+  EXPECT_GT(map.num_landmarks(), static_cast<int>(in_use * 9 / 10));
+  EXPECT_GT(map.num_tracks(), static_cast<int>(25 * in_use));
+  const auto pieces = [in_use](std::size_t size) { return in_use / size + 3; };
+  EXPECT_LE(map.tracks().num_pieces_held(), pieces(map.tracks().piece_size()));
+  const FilterLandmarks& landmarks = map.filter().landmarks();
+  EXPECT_LE(landmarks.num_pieces_held(), pieces(landmarks.piece_size()));
+}
+
 TEST(MapBounds, AreRefusedWhereNoMapCanLive) {
   MapperOptions options;
   options.bound.max_keyframes = 5;

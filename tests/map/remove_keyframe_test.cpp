@@ -53,7 +53,7 @@ TEST(RemoveKeyframe, LeavesNothingOfItAndAMapThatSettles) {
   EXPECT_EQ(map.num_keyframes_in_use(), 5);
   EXPECT_EQ(map.filter().num_edges(), before - 2);
   EXPECT_EQ(map.keyframe(3).observed().size(), 0);
-  EXPECT_EQ(map.keyframe(3).observed().frame.time_us, world.view(3, scene_pose(3)).time_us);
+  EXPECT_EQ(map.keyframe(3).time_us, world.view(3, scene_pose(3)).time_us);
   EXPECT_EQ(map.num_landmarks(), landmarks) << "others see them";
   EXPECT_EQ(map.update().reason, Reason::kNone);
   expect_nothing_of(map, 3);

@@ -16,8 +16,8 @@ using TimePoint = MapPublisher::TimePoint;
 const TimePoint kStart{1h};
 const std::string kChannel = "eifmap.cam0.map";
 
-map_part_t update(std::int64_t seq, bool whole, int landmarks = 20) {
-  MapUpdate sample = samples::map_update(1, landmarks, seq - 1, 100 * seq);
+map_part_t update(std::int64_t seq, bool whole, int landmarks = 20, bool of_same = false) {
+  MapUpdate sample = samples::map_update(1, landmarks, seq - 1, of_same ? 0 : 100 * seq);
   sample.seq = seq;
   sample.base_seq = whole ? -1 : seq - 1;
   return to_message(sample, {42, "cam0"}, 7);
@@ -134,6 +134,23 @@ TEST(MapPublisher, AnswersWithTheWholeMapWhereStepsAreForgottenOrOfAnotherRun) {
     EXPECT_EQ(wholes.size(), 1u);
   }
   EXPECT_EQ(publisher.counts().whole_maps, 1) << "put together once";
+}
+
+// A map at its bound changes for ever: what is kept of its past is no more than what it is.
+TEST(MapPublisher, KeepsNoMoreOfThePastThanIsOfUse) {
+  MapPublisher::Options options = small_parts();
+  options.small_map_bytes = 20'000;
+  MapPublisher publisher(options);
+  const auto most = [&] { return std::max<std::size_t>(20'000, 2 * publisher.map().whole_bytes()); };
+  for (std::int64_t seq = 1; seq <= 300; ++seq) {
+    publisher.publish(update(seq, seq == 1, 300, true), kChannel);
+    EXPECT_LE(publisher.kept_bytes(), most());
+  }
+  EXPECT_GT(2 * publisher.map().whole_bytes(), 20'000u);
+  EXPECT_GT(publisher.kept_bytes(), most() / 2);
+  const std::size_t whole = publisher.map().whole_bytes();
+  EXPECT_NEAR(static_cast<double>(encode(publisher.map().whole()).size()),
+              static_cast<double>(whole), 200);
 }
 
 TEST(MapPublisher, ANewMapPutsAnEndToWhatWaitsOfTheOld) {

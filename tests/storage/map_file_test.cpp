@@ -274,6 +274,26 @@ TEST(MapFile, RowsThatDoNotFitEachOtherAreRefused) {
   EXPECT_GT(refused, 3);
 }
 
+// A camera that never rests makes ten thousand tracks a minute, of which a bounded map has few left.
+TEST(MapFile, TracksThatAreNoMoreAreNoBurden) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot = small_map();
+  Map map = *snapshot.map;
+  for (int n = 0; n < 1'000'000; ++n) map.remove_track(map.add_track({0, 3}));
+  const int last = map.add_track({0, 3});
+  snapshot.map = std::make_shared<Map>(std::move(map));
+  MapFile file(folder.path() / "map");
+  ASSERT_EQ(file.save(snapshot, names(1)), "");
+  EXPECT_LT(file.size(), 20'000u);
+  const LoadedMap loaded = load_map(file.file(), {});
+  ASSERT_TRUE(loaded.ok()) << loaded.detail;
+  const Map& read = *loaded.snapshot.map;
+  EXPECT_EQ(read.num_tracks(), last + 1);
+  ASSERT_EQ(read.track(last).sights.size(), 1u);
+  EXPECT_EQ(read.track(last).sights.front().keypoint, 3);
+  EXPECT_EQ(read.tracks().num_pieces_held(), 2u);
+}
+
 // Files of every version so far are in version_N.eifmap. Who makes another one adds its file, which
 // EIFMAP_WRITE_VERSION names, and never changes those that are there.
 TEST(MapFile, OfEveryVersionSoFarIsRead) {
