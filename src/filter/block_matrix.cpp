@@ -47,6 +47,18 @@ BlockColumn& BlockMatrix::write(int a) {
   return columns_.write(a);
 }
 
+BlockMatrix BlockMatrix::renumbered(const std::vector<int>& now) const {
+  BlockMatrix matrix;
+  for (int a = 0; a < size(); ++a) {
+    if (now[a] < 0) continue;
+    matrix.append();
+    BlockColumn& column = matrix.write(now[a]) = columns_[a];
+    for (int& row : column.row) row = now[row];
+    std::fill(column.changed.begin(), column.changed.end(), 1);
+  }
+  return matrix;
+}
+
 void BlockMatrix::clear_changed() {
   for (const int a : written_) {
     is_written_[a] = 0;

@@ -38,6 +38,8 @@ class BlockMatrix {
   // All columns with a changed block are among those that were written to since clear_changed().
   const std::vector<int>& written() const { return written_; }
   void clear_changed();
+  // With its columns and rows in other places, -1: left out, ascending otherwise. All is changed.
+  BlockMatrix renumbered(const std::vector<int>& now) const;
 
  private:
   SharedVector<BlockColumn, 2> columns_;

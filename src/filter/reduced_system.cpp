@@ -182,7 +182,31 @@ void ReducedSystem::remove(int pose) {
   for (int other = a + 1; other < matrix_.size(); ++other)
     if (const int at = matrix_.column(other).find(a); at >= 0) matrix_.write(other).erase(at);
   removed_[a] = 1;
+  ++num_removed_;
   stale_column_[a] = stale_side_[a] = 1;
+}
+
+bool ReducedSystem::drop_removed(int num_poses) {
+  constexpr int kMany = 16, kShare = 4;  // as many, and a part of those in use
+  grow(blocks_.count(num_poses));
+  const int in_use = matrix_.size() - num_removed_;
+  if (num_removed_ < kMany || kShare * num_removed_ < in_use) return false;
+  right_side_.conservativeResizeLike(Eigen::VectorXd::Zero(matrix_.size() * kPoseDof));
+  const std::vector<int> now = blocks_.renumber(num_poses, removed_);
+  matrix_ = matrix_.renumbered(now);
+  for (std::size_t b = 0; b < now.size(); ++b) {
+    if (now[b] < 0) continue;
+    stale_column_[now[b]] = stale_column_[b];
+    stale_side_[now[b]] = stale_side_[b];
+    right_side_.segment<kPoseDof>(kPoseDof * now[b]) =
+        right_side_.segment<kPoseDof>(kPoseDof * static_cast<Eigen::Index>(b)).eval();
+  }
+  stale_column_.resize(in_use);
+  stale_side_.resize(in_use);
+  right_side_.conservativeResize(in_use * kPoseDof);
+  removed_.assign(in_use, 0);
+  num_removed_ = 0;
+  return true;
 }
 
 void ReducedSystem::clear_stale_blocks(int a) {

@@ -52,6 +52,9 @@ class ReducedSystem {
   // Of a pose that nothing measures any more: its blocks with others go, and its own becomes the
   // unit matrix, so that it stays where it is and in nobody's way.
   void remove(int pose);
+  // Takes the blocks of removed poses out where they are many, and says whether it has: then all
+  // others have other numbers, and what was factored is of no use. What is summed stays summed.
+  bool drop_removed(int num_poses);
 
   // Sums what has changed since the last call, and the right-hand side. `touched`: landmarks with
   // another measurement, linearization or residual than then, ascending; they have their Q, R
@@ -93,6 +96,7 @@ class ReducedSystem {
   BlockMatrix matrix_;
   std::vector<std::uint8_t> stale_column_, stale_side_;
   std::vector<std::uint8_t> removed_;        // by column
+  int num_removed_ = 0;
   std::vector<BlockColumn*> stale_columns_;  // by column, within a sum
   LandmarkSet concerned_;
   Eigen::VectorXd right_side_;

@@ -136,7 +136,7 @@ void InformationFilter::apply(const Eigen::VectorXd& delta_poses) {
   };
   std::vector<std::uint8_t> moves(poses_.size(), 0);
   for (int p = 1; p < num_poses(); ++p) {
-    if (!is_step(p)) continue;
+    if (is_removed(p) || !is_step(p)) continue;
     moves[p] = 1;
     for (int l : index_.landmarks(p)) touch(l);
     set_pose(p, retract(poses_[p], step_of(p).head<3>(), step_of(p).tail<3>()));
@@ -222,6 +222,7 @@ WholeIteration InformationFilter::iterate_whole() {
 
 // False, with the mean as it was before the update, when the matrix cannot be factored.
 bool InformationFilter::settle(FilterUpdate& update) {
+  if (shrunk_ && system_.drop_removed(num_poses())) cholesky_ = SparseCholesky();
   const bool once = options_.relinearize == Relinearize::kOnce;
   int left_of_latest = once || num_poses() <= kLatest + 1 ? 0 : kLatestIterations;
   int left_of_all = options_.max_iterations;

@@ -97,5 +97,57 @@ TEST_F(Covariance, IsNotKnownOfWhatCameAfterTheUpdate) {
   EXPECT_FALSE(world_.filter.landmark_covariance(landmark, of_landmark));
 }
 
+// A filter that never had what the other has removed: its poses in use, and what is measured of
+// them.
+InformationFilter without_removed(const InformationFilter& filter, double pixel) {
+  InformationFilter fresh(FilterOptions{}, pixel);
+  std::vector<int> now(static_cast<std::size_t>(filter.num_poses()), -1);
+  for (int p = 0; p < filter.num_poses(); ++p)
+    if (!filter.is_removed(p)) now[static_cast<std::size_t>(p)] = fresh.add_pose(filter.pose(p));
+  for (const FilterLandmark& landmark : filter.landmarks()) {
+    if (landmark.is_removed()) continue;
+    const int l = fresh.add_landmark(landmark.position, landmark.covariance);
+    for (const PointMeasurement& m : landmark.measurements)
+      fresh.add_measurement(l, now[static_cast<std::size_t>(m.pose)], m.x, m.sigma);
+  }
+  return fresh;
+}
+
+// Of a long run most poses are removed ones, and the matrix is of the others alone.
+TEST(CovarianceOfALongRun, KnowsNothingOfRemovedPoses) {
+  FilterWorldOptions options{.num_poses = 60, .num_points = 600, .seed = 5};
+  options.start_error = 1e-3;
+  FilterWorld world = make_filter_world(options);
+  InformationFilter& filter = world.filter;
+  ASSERT_EQ(filter.update().reason, Reason::kNone);
+  for (int p = 2; p < 58; p += 2) {
+    filter.remove_pose(p);
+    for (int l = 0; l < filter.num_landmarks(); ++l)
+      if (filter.landmark(l).measurements.size() == 1) filter.remove_landmark(l);
+    if (p % 6 == 0) {
+      ASSERT_EQ(filter.update().reason, Reason::kNone);
+    }
+  }
+  ASSERT_EQ(filter.update().reason, Reason::kNone);
+  EXPECT_LT(filter.blocks().count(filter.num_poses()), 60 - 28 + 16);
+  InformationFilter fresh = without_removed(filter, options.pixel);
+  ASSERT_EQ(fresh.update().reason, Reason::kNone);
+  int q = 0;
+  for (int p = 0; p < filter.num_poses(); ++p) {
+    PoseBlock have, want;
+    ASSERT_EQ(filter.pose_covariance(p, have), !filter.is_removed(p));
+    if (filter.is_removed(p)) continue;
+    ASSERT_TRUE(fresh.pose_covariance(q, want));
+    if (p > 1) {  // the gauge's direction is a little another one
+      const auto off = pose_error(fresh.pose(q), filter.pose(p));
+      EXPECT_LT(off.dot(want.ldlt().solve(off)), 0.01) << p;
+    }
+    EXPECT_LE((have / filter.variance() - want / fresh.variance()).norm(),
+              4e-2 * want.norm() / fresh.variance())
+        << p;
+    ++q;
+  }
+}
+
 }  // namespace
 }  // namespace eifmap::test

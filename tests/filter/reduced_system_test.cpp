@@ -18,7 +18,8 @@ class World {
   void add_landmark() {
     landmarks_.push_back({});
     const int first = draw(std::max(1, num_poses_ - 3));
-    for (int pose = first; pose < std::min(num_poses_, first + 4); ++pose) add_sight(pose);
+    for (int pose = first; pose < std::min(num_poses_, first + 4); ++pose)
+      if (std::count(removed_.begin(), removed_.end(), pose) == 0) add_sight(pose);
   }
 
   void add_pose() {
@@ -69,20 +70,62 @@ class World {
     for (FilterAbsolute& absolute : absolutes) absolute.changed = true;
     ReducedSystem anew;
     if (earth_after_ > 0) anew.append_earth(earth_after_);
+    for (const int pose : removed_) anew.remove(pose);
     anew.sum(index(), landmarks, touched, edges, absolutes, Eigen::Vector3d::UnitX());
-    ASSERT_EQ(system_.matrix().size(), anew.matrix().size());
-    for (int a = 0; a < anew.matrix().size(); ++a) {
+    // The same blocks, but for those of removed poses, which one of them may have dropped.
+    const PoseBlocks &has = system_.blocks(), &wants = anew.blocks();
+    ASSERT_EQ(system_.matrix().size(), has.count(num_poses_));
+    const auto place = [&](int block) { return wants.of(has.pose(block)); };
+    for (int a = 0; a < system_.matrix().size(); ++a) {
       const BlockColumn& have = system_.matrix().column(a);
-      const BlockColumn& want = anew.matrix().column(a);
+      const BlockColumn& want = anew.matrix().column(place(a));
       for (std::size_t k = 0; k < have.row.size(); ++k) {
-        const int at = want.find(have.row[k]);
+        const int at = want.find(place(have.row[k]));
         EXPECT_EQ(have.block[k], at < 0 ? PoseBlock::Zero() : want.block[at])
             << have.row[k] << ", " << a;
       }
-      for (int b : want.row) EXPECT_GE(have.find(b), 0);
+      for (int b : want.row) EXPECT_GE(have.find(has.of(wants.pose(b))), 0);
+      EXPECT_EQ(system_.right_side().segment<6>(6 * a), anew.right_side().segment<6>(6 * place(a)));
     }
-    EXPECT_EQ(system_.right_side(), anew.right_side());
+    for (int pose = 1; pose < num_poses_; ++pose)
+      if (std::count(removed_.begin(), removed_.end(), pose) == 0) {
+        ASSERT_GE(has.of(pose), 0);
+        EXPECT_EQ(has.pose(has.of(pose)), pose);
+      }
+    EXPECT_EQ(has.has_earth(), earth_after_ > 0);
+    if (has.has_earth()) {
+      EXPECT_EQ(has.pose(has.earth()), kEarthFromMap);
+    }
   }
+
+  // One that is in use, and neither of the gauge nor the newest nor measured absolutely.
+  void remove_pose() {
+    const auto must_stay = [this](int pose) {
+      const auto is_of = [pose](const PoseRows& rows) { return rows.pose == pose; };
+      return std::count(removed_.begin(), removed_.end(), pose) > 0 ||
+             std::any_of(absolutes_.begin(), absolutes_.end(), [&](const FilterAbsolute& a) {
+               return std::any_of(a.now.of_pose.begin(), a.now.of_pose.end(), is_of);
+             });
+    };
+    int pose = 4 + draw(num_poses_ - 5);
+    while (must_stay(pose)) pose = 4 + draw(num_poses_ - 5);
+    for (std::size_t l = 0; l < landmarks_.size(); ++l) {
+      const auto of_pose = [pose](const PointMeasurement& m) { return m.pose == pose; };
+      const std::vector<PointMeasurement>& sights = landmarks_[l].measurements;
+      if (std::none_of(sights.begin(), sights.end(), of_pose)) continue;
+      system_.before_removal(landmarks_[l]);
+      std::erase_if(landmarks_.write(l).measurements, of_pose);
+      landmarks_.write(l).changed = true;
+    }
+    const auto ends_in = [pose](const FilterEdge& e) { return e.i == pose || e.j == pose; };
+    for (const FilterEdge& edge : edges_)
+      if (ends_in(edge)) system_.before_removal(edge);
+    edges_.erase_if(ends_in);
+    system_.remove(pose);
+    removed_.push_back(pose);
+  }
+  bool drop_removed() { return system_.drop_removed(num_poses_); }
+  int num_in_use() const { return num_poses_ - static_cast<int>(removed_.size()); }
 
   // An edge goes, another comes.
   void change_edges() {
@@ -149,7 +192,8 @@ class World {
   FilterLandmarks landmarks_;
   FilterEdges edges_;
   std::vector<FilterAbsolute> absolutes_;
-  int earth_after_ = 0;  // poses
+  int earth_after_ = 0;       // poses
+  std::vector<int> removed_;  // poses
   ReducedSystem system_;
 };
 
@@ -183,6 +227,36 @@ TEST(ReducedSystem, IsSoWithAbsoluteMeasurements) {
       world.sum();
       ASSERT_NO_FATAL_FAILURE(world.expect_as_if_new()) << "seed " << seed << " step " << step;
     }
+  }
+}
+
+// Of a map whose keyframes go as others come, the matrix does not grow, and nothing is summed again
+// for it.
+TEST(ReducedSystem, DropsRemovedPoses) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    World world(seed);
+    const bool has_earth = seed % 2 == 0;
+    for (int i = 0; i < 20; ++i) world.add_pose();
+    world.sum();
+    int dropped = 0;
+    for (int step = 0; step < 60; ++step) {
+      world.add_pose();
+      world.change();
+      if (step % 4 > 0) world.remove_pose();
+      if (has_earth && step == 30) world.add_earth();
+      if (step % 3 > 0) continue;  // several came and went since the last sum
+      const bool now = world.drop_removed();
+      dropped += now;
+      world.sum();
+      ASSERT_NO_FATAL_FAILURE(world.expect_as_if_new()) << "seed " << seed << " step " << step;
+      if (!now) continue;
+      EXPECT_EQ(world.system().matrix().size(), world.num_in_use() - 1 + (has_earth && step > 30));
+      const int all = static_cast<int>(world.system().matrix().num_blocks());
+      EXPECT_EQ(world.num_marked(), all) << "what was factored is of no use";
+      EXPECT_LT(world.system().num_blocks_summed(), all);
+    }
+    EXPECT_GE(dropped, 2);
+    EXPECT_LT(world.system().matrix().size(), world.num_in_use() + 16 + world.num_in_use() / 4);
   }
 }
 
