@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -70,6 +71,21 @@ TEST(CameraMapper, CalibrationOfTheConfigurationStays) {
   EXPECT_EQ(mapper.take_calibration("cam0", calibration(synthetic_camera())).reason, Reason::kNone);
   EXPECT_EQ(mapper.take_calibration("cam0", calibration(changed_camera())).reason,
             Reason::kCalibrationMismatch);
+}
+
+// Who asks for no results has none noted, and is told so; poses are the same.
+TEST(CameraMapper, NotesNoResultsUnlessItIsToWriteThem) {
+  ServerConfig config = at_once();
+  config.keeps_results = false;
+  config.calibration = synthetic_camera();
+  CameraMapper mapper(config);
+  const SyntheticStream stream;
+  const std::vector<FrameResult> alone = map_alone(6);
+  for (int i = 0; i < 6; ++i)
+    expect_same(mapper.take_frame(kFeatures, bytes(stream.frame(i))).result,
+                alone[static_cast<std::size_t>(i)]);
+  EXPECT_EQ(mapper.write_results("nowhere"), "no results were kept");
+  EXPECT_FALSE(std::filesystem::exists("nowhere"));
 }
 
 // What is refused costs nothing that is mapped: the poses are those of the good frames alone.

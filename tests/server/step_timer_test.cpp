@@ -24,6 +24,18 @@ TEST(StepTimer, CountsFramesInWhichAStepRan) {
   EXPECT_GE(summary.at("frame").total_s, summary.at("often").total_s);
 }
 
+TEST(StepTimer, KeepsNothingOfAFrameThatNobodyAsksFor) {
+  StepTimer timer;
+  for (int frame = 0; frame < 4; ++frame) {
+    timer.begin_frame();
+    for (int i = 0; i < 2 + frame; ++i) const TimedStep step(timer, "often");
+    timer.end_frame(frame == 3);
+  }
+  const std::map<std::string, StepTime> summary = timer.summary();
+  EXPECT_EQ(summary.at("often").frames, 1);
+  EXPECT_EQ(summary.at("frame").frames, 1);
+}
+
 TEST(StepTimer, NothingWithoutFrames) {
   EXPECT_TRUE(StepTimer().summary().empty());
 }
