@@ -89,7 +89,7 @@ SightCorrelation CorrelationSums::correlation() const {
   const double seen = products / pairs / (squares / sights);
   const double rho = (seen + 1 / length) / (1 - 3 / length);
   const double all = (pairs * rho + kUsualCount * kUsual) / (pairs + kUsualCount);
-  return {std::clamp(all, 0.0, kLargest)};
+  return {std::clamp(all, 0.0, kLargest), length};
 }
 
 }  // namespace eifmap

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdlib>
+
 #include "geometry/projection.h"
 #include "support/random.h"
 
@@ -86,6 +89,18 @@ TEST(SightCorrelation, ASecondPassThatRepeatsTheErrorsOfTheFirstSaysNothingNew) 
     const double once = measured(rho, 25, 3000).variance_factor();
     EXPECT_GT(measured_twice(rho, 25, 3000).variance_factor(), 1.8 * once) << rho;
   }
+}
+
+// n times the variance of the mean of n errors: the sum of all pairs' correlations, over n.
+TEST(SightCorrelation, TheFactorIsThatOfTheMeanOfATrack) {
+  for (const double rho : {0.0, 0.3, 0.6, 0.9})
+    for (const int n : {1, 2, 6, 12, 200}) {
+      double pairs = 0;
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) pairs += std::pow(rho, std::abs(i - j));
+      EXPECT_NEAR((SightCorrelation{rho, 1.0 * n}.variance_factor()), pairs / n, 1e-9) << n;
+    }
+  EXPECT_NEAR(SightCorrelation{0.6}.variance_factor(), 4, 1e-12) << "of a track without end";
 }
 
 TEST(SightCorrelation, NeverPromisesMoreThanIndependence) {
