@@ -257,6 +257,9 @@ ParsedConfig parse_config(const std::string& json_text, const ServerConfig& base
     parsed.problem = "line " + std::to_string(1 + std::count(json_text.begin(), end, '\n')) +
                      " is not JSON; look for a missing quote, comma or bracket";
     return parsed;
+  } catch (const Json::out_of_range&) {
+    parsed.problem = "a number in it is too large for any setting";
+    return parsed;
   }
   Reader reader(json, "", parsed.problem);
   if (!parsed.problem.empty()) return parsed;

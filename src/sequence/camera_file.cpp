@@ -74,6 +74,8 @@ CameraFile read_camera_json(const fs::path& file) {
     return {{},
             file.string() + " line " + std::to_string(line) +
                 ": is no JSON from here on; look for a missing quote, comma or bracket"};
+  } catch (const nlohmann::json::out_of_range&) {
+    return {{}, file.string() + ": has a number that is too large"};
   }
   if (!json.is_object())
     return {{}, file.string() + ": is no JSON object; wanted {\"width\": ..., \"height\": ...}"};

@@ -63,8 +63,9 @@ class ByteReader {
       ok_ = false;
       bytes_ = {};
     }
+    if (size == 0) return;
     if (!ok_) return static_cast<void>(std::memset(to, 0, size));
-    if (size > 0) std::memcpy(to, bytes_.data(), size);
+    std::memcpy(to, bytes_.data(), size);
     bytes_ = bytes_.subspan(size);
   }
   template <PlainValue T>

@@ -123,6 +123,8 @@ TEST_F(CameraFileTest, SaysWhichLineOfTheJsonIsWrong) {
       read("{\"width\": 640,\n\"height\": 480,\n\"fx\": 500 \"fy\": 500}", "calib.json").problem;
   EXPECT_NE(problem.find("calib.json line 3: is no JSON"), std::string::npos) << problem;
   EXPECT_NE(read("[1]", "calib.json").problem.find("is no JSON object"), std::string::npos);
+  EXPECT_NE(read("{\"width\": 1e999}", "calib.json").problem.find("a number that is too large"),
+            std::string::npos);
 }
 
 TEST(NaturalOrder, CountsAsPeopleDo) {

@@ -151,6 +151,8 @@ TEST(Config, EveryNumberHasALowerBound) {
 TEST(Config, WhatIsNoJsonObjectIsRefused) {
   for (const char* json : {"", "{", "[]", "3", "{\"camera\": \"a\",}"})
     EXPECT_NE(problem_of(json), "") << json;
+  EXPECT_EQ(parse_config("{\"hfov_deg\": 1e999}", {}).problem,
+            "a number in it is too large for any setting");
 }
 
 TEST(Config, NamesTheFieldOnce) {
