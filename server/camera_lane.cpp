@@ -24,7 +24,7 @@ constexpr std::chrono::seconds kLastSend(5);
 }  // namespace
 
 CameraLane::CameraLane(const ServerConfig& config, Bus& bus, const CommandAccess& access,
-                       OnChange on_change, OnStep on_step)
+                       OnChange on_change, OnStep on_step, Results results)
     : camera_(config.camera),
       status_period_(std::chrono::duration_cast<Clock::duration>(
           std::chrono::duration<double>(config.status_period_s))),
@@ -45,6 +45,7 @@ CameraLane::CameraLane(const ServerConfig& config, Bus& bus, const CommandAccess
       next_status_(Clock::now()),
       next_reason_(Clock::now()) {
   if (on_step) mapper_.set_step_observer(std::move(on_step));
+  if (results == Results::kNone) mapper_.keep_no_results();
   thread_ = std::thread(&CameraLane::run, this);
 }
 

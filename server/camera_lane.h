@@ -42,7 +42,7 @@ class CameraLane {
   // Of the camera that the configuration names. Starts the mapping thread. The bus, on which it
   // only publishes, must outlive it. Throws std::invalid_argument with config.problem().
   CameraLane(const ServerConfig& config, Bus& bus, const CommandAccess& access, OnChange on_change,
-             OnStep on_step);
+             OnStep on_step, Results results = Results::kKept);
   ~CameraLane();
   CameraLane(const CameraLane&) = delete;
   CameraLane& operator=(const CameraLane&) = delete;

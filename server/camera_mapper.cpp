@@ -127,7 +127,7 @@ void CameraMapper::change_calibration(const std::string& camera) {
 void CameraMapper::begin_map(const std::string& camera, const Camera& calibration, bool stored) {
   camera_ = camera;
   record_.reset();
-  if (config_.keeps_results) record_.emplace();
+  if (results_ == Results::kKept) record_.emplace();
   timer_ = {};
   if (keyframes_) keyframes_->discard();
   mapper_.emplace(calibration, config_.mapper);
@@ -173,7 +173,7 @@ CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes byte
   if (!frame.ok() && to_be_guessed && guessed_.erase(channel.camera) > 0)
     calibrations_.erase(channel.camera);
   if (keyframes_) timer_.add("keyframe", keyframes_->take_busy_ms());
-  timer_.end_frame(config_.keeps_results);
+  timer_.end_frame(results_ == Results::kKept);
   if (record_) record_->add(mapped.result);
   return mapped;
 }

@@ -130,6 +130,8 @@ class CameraMapper {
   // Of the camera that is mapped: guessed from hfov_deg, and not replaced by a message since.
   bool calibration_is_guessed() const { return guessed_.contains(camera_); }
 
+  // Before the first frame: write_results() will not be asked for.
+  void keep_no_results() { results_ = Results::kNone; }
   bool has_results() const { return mapper_.has_value(); }
   // Writes what RunRecord writes, of all frames since the calibration last changed. Returns "" or
   // what went wrong.
@@ -175,7 +177,8 @@ class CameraMapper {
   MeasurementIntake measurements_;
   std::int64_t received_us_ = 0, dropped_ = 0;  // of the frame in work, before it
   bool was_reset_ = false;                      // since the last frame that was taken
-  std::optional<RunRecord> record_;  // config_.keeps_results
+  Results results_ = Results::kKept;
+  std::optional<RunRecord> record_;
   StepTimer timer_;
   std::function<void(std::string_view, bool)> step_observer_;
 };

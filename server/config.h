@@ -57,9 +57,6 @@ struct ServerConfig {
   int metrics_port = 0;
   // IPv4, of this machine; whoever reaches it can read them.
   std::string metrics_address = "127.0.0.1";
-  // Whether what write_results() is to write is noted, frame by frame: who runs for months and asks
-  // for no results needs none of it. Of the program's --output, not of the file.
-  bool keeps_results = true;
   FeatureOptions features;
   MapperOptions mapper;
 

@@ -1,8 +1,10 @@
 // eifmap-server: options in, exit code out.
+#include <malloc.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
@@ -101,6 +103,22 @@ MetricsServer::Opened open_metrics(const ServerConfig& config, MappingServer& se
   return opened;
 }
 
+// What long-lived maps allocate lies scattered among what frames have freed, and the allocator
+// keeps it all: every ten seconds what is free goes back to the system.
+class FreeMemory {
+ public:
+  void give_back_sometimes() {
+    constexpr auto kPeriod = std::chrono::seconds(10);
+    const auto now = std::chrono::steady_clock::now();
+    if (now < next_) return;
+    next_ = now + kPeriod;
+    malloc_trim(0);
+  }
+
+ private:
+  std::chrono::steady_clock::time_point next_;
+};
+
 int run_live(const ServerConfig& config, const std::filesystem::path& output,
              StopSignals& signals) {
   if (!output.empty())
@@ -114,9 +132,8 @@ int run_live(const ServerConfig& config, const std::filesystem::path& output,
     return kFailed;
   }
   if (!opened.advice.empty()) spdlog::warn(opened.advice);
-  ServerConfig kept = config;
-  kept.keeps_results = !output.empty();
-  MappingServer server(kept, *opened.bus, log_change);
+  MappingServer server(config, *opened.bus, log_change, {},
+                       output.empty() ? Results::kNone : Results::kKept);
   const MetricsServer::Opened metrics = open_metrics(config, server);
   if (!metrics.problem.empty()) {
     spdlog::error(metrics.problem);
@@ -124,8 +141,11 @@ int run_live(const ServerConfig& config, const std::filesystem::path& output,
   }
   spdlog::info("listening on {}", config.lcm_url);
   bool healthy = true;
-  while (healthy && !signals.arrived() && !server.told_to_stop())
+  FreeMemory memory;
+  while (healthy && !signals.arrived() && !server.told_to_stop()) {
     healthy = opened.bus->receive(std::chrono::milliseconds(100));
+    memory.give_back_sometimes();
+  }
   if (!healthy) spdlog::error("LCM broke off at {}", config.lcm_url);
   if (server.told_to_stop()) spdlog::info("shut down by command");
   server.stop();

@@ -51,8 +51,8 @@ std::size_t MapPublisher::bytes_after(std::int64_t seq) const {
 
 void MapPublisher::forget_old() {
   std::size_t bytes = bytes_after(-1);
-  const std::size_t useful = std::min(
-      options_.max_kept_bytes, std::max(options_.small_map_bytes, 2 * map_.whole_bytes()));
+  const std::size_t useful =
+      std::min(options_.max_kept_bytes, std::max(options_.small_map_bytes, 2 * map_.whole_bytes()));
   while (updates_.size() > 1 && bytes > useful) {
     bytes -= updates_.front().bytes;
     updates_.pop_front();

@@ -24,8 +24,8 @@ class MapPublisher {
   struct Options {
     std::size_t max_part_bytes = 32 * 1024;
     int bytes_per_s = 5'000'000;
-    // Of updates that can be sent again as they were; who misses an older one gets the whole map. So
-    // there is no use in more of them than twice the whole map, or of a small one this.
+    // Of updates that can be sent again as they were; who misses an older one gets the whole map.
+    // So there is no use in more of them than twice the whole map, or of a small one this.
     std::size_t max_kept_bytes = 16u << 20, small_map_bytes = 1u << 20;
   };
   explicit MapPublisher(const Options& options) : options_(options), outbox_(options.bytes_per_s) {}

@@ -47,11 +47,12 @@ CommandAccess access_of(const ServerConfig& config) {
 }  // namespace
 
 MappingServer::MappingServer(const ServerConfig& config, Bus& bus, OnChange on_change,
-                             OnStep on_step)
+                             OnStep on_step, Results results)
     : config_(checked(config)),
       bus_(bus),
       on_change_(std::move(on_change)),
       on_step_(std::move(on_step)),
+      results_(results),
       access_(access_of(config)),
       own_status_(config.status_period_s, bus, access_.server_epoch,
                   [this](const status_t& status) { tell(status); }),
@@ -143,7 +144,7 @@ std::unique_ptr<CameraLane> MappingServer::make_lane(const std::string& camera) 
       on_step_(camera, step, begins);
     };
   return std::make_unique<CameraLane>(
-      config, bus_, access_, [this](const status_t& status) { tell(status); }, on_step);
+      config, bus_, access_, [this](const status_t& status) { tell(status); }, on_step, results_);
 }
 
 std::vector<ServerCommands::Camera> MappingServer::commanded() const {

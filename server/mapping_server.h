@@ -41,7 +41,8 @@ class MappingServer {
   // features come, up to config.max_cameras. Construct and destroy it while nobody is in
   // bus.receive(). Throws std::invalid_argument with config.problem(), or what is wrong with the
   // file of the secret.
-  MappingServer(const ServerConfig& config, Bus& bus, OnChange on_change = {}, OnStep on_step = {});
+  MappingServer(const ServerConfig& config, Bus& bus, OnChange on_change = {}, OnStep on_step = {},
+                Results results = Results::kKept);
   ~MappingServer();
   MappingServer(const MappingServer&) = delete;
   MappingServer& operator=(const MappingServer&) = delete;
@@ -61,8 +62,9 @@ class MappingServer {
   // status, and ends, all at the same time. Messages that still wait are not mapped.
   void stop();
 
-  // After stop(): whether there are any results. And them written, of one camera into the folder
-  // itself, of several into one by the name of each; returns "" or what went wrong.
+  // After stop(), and where they are kept: whether there are any results. And them written, of one
+  // camera into the folder itself, of several into one by the name of each; returns "" or what went
+  // wrong.
   bool has_results() const;
   std::string write_results(const std::filesystem::path& folder) const;
 
@@ -84,6 +86,7 @@ class MappingServer {
   Bus& bus_;
   const OnChange on_change_;
   const OnStep on_step_;
+  const Results results_;
   const CommandAccess access_;
   std::mutex tell_mutex_;  // held while on_change_ is called
   mutable std::mutex lanes_mutex_;

@@ -12,6 +12,10 @@
 
 namespace eifmap {
 
+// Whether what results are written from is noted, frame by frame: who runs for months and asks for
+// none needs none of it.
+enum class Results { kKept, kNone };
+
 // Poses as they were published, gathered frame by frame.
 class RunRecord {
  public:

@@ -68,8 +68,6 @@ bool InformationFilter::restore(const FilterBooks& books,
   touched_.clear();
   touched_in_update_.clear();
   positions_before_.clear();
-  poses_before_ = poses_;
-  earth_before_ = earth_from_map_;
   return true;
 }
 

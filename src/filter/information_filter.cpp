@@ -329,6 +329,7 @@ FilterUpdate InformationFilter::update() {
   correlation_ = correlation_sums_.correlation();
   touched_in_update_.clear();
   positions_before_.clear();
+  poses_before_ = {};
   return result;
 }
 

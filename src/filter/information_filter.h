@@ -285,7 +285,7 @@ class InformationFilter {
   // Landmarks with another measurement, place or residual than when they were last linearized and
   // summed; and since the last update that succeeded. No other sights need be looked at.
   LandmarkSet touched_, touched_in_update_;
-  // The mean of before the update.
+  // The mean of before an update, while there is one, or the last has failed.
   std::vector<Rigid3> poses_before_;
   std::vector<std::pair<int, Eigen::Vector3d>> positions_before_;  // of what was touched in it
   double edge_variance_ = 1;  // what the edges' covariances are multiplied by

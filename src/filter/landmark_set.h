@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
 #include <vector>
 
 namespace eifmap {
@@ -11,9 +10,9 @@ class LandmarkSet {
  public:
   // Whether it was not in.
   bool insert(int landmark) {
-    if (static_cast<std::size_t>(landmark) >= in_.size()) in_.resize(landmark + 1, 0);
+    if (static_cast<std::size_t>(landmark) >= in_.size()) in_.resize(landmark + 1, false);
     if (in_[landmark]) return false;
-    in_[landmark] = 1;
+    in_[landmark] = true;
     members_.push_back(landmark);
     return true;
   }
@@ -21,7 +20,7 @@ class LandmarkSet {
     return static_cast<std::size_t>(landmark) < in_.size() && in_[landmark];
   }
   void clear() {
-    for (int landmark : members_) in_[landmark] = 0;
+    for (int landmark : members_) in_[landmark] = false;
     members_.clear();
   }
   // In the order of their handles.
@@ -31,7 +30,7 @@ class LandmarkSet {
   }
 
  private:
-  std::vector<std::uint8_t> in_;
+  std::vector<bool> in_;  // of all that there ever were
   std::vector<int> members_;
 };
 

@@ -76,9 +76,9 @@ TEST(CameraMapper, CalibrationOfTheConfigurationStays) {
 // Who asks for no results has none noted, and is told so; poses are the same.
 TEST(CameraMapper, NotesNoResultsUnlessItIsToWriteThem) {
   ServerConfig config = at_once();
-  config.keeps_results = false;
   config.calibration = synthetic_camera();
   CameraMapper mapper(config);
+  mapper.keep_no_results();
   const SyntheticStream stream;
   const std::vector<FrameResult> alone = map_alone(6);
   for (int i = 0; i < 6; ++i)
