@@ -104,11 +104,11 @@ MetricsServer::Opened open_metrics(const ServerConfig& config, MappingServer& se
 }
 
 // What long-lived maps allocate lies scattered among what frames have freed, and the allocator
-// keeps it all: every ten seconds what is free goes back to the system.
+// keeps it all: every few seconds what is free goes back to the system.
 class FreeMemory {
  public:
   void give_back_sometimes() {
-    constexpr auto kPeriod = std::chrono::seconds(10);
+    constexpr auto kPeriod = std::chrono::seconds(3);
     const auto now = std::chrono::steady_clock::now();
     if (now < next_) return;
     next_ = now + kPeriod;
