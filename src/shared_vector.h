@@ -165,8 +165,8 @@ class SharedVector {
 
  private:
   struct Piece {
-    std::uint64_t owner = 0;  // the name of whose it is; never changed once others may see it
-    std::bitset<kPiece> blank;   // what reset() has made of it, and nobody has written to since
+    std::uint64_t owner = 0;    // the name of whose it is; never changed once others may see it
+    std::bitset<kPiece> blank;  // what reset() has made of it, and nobody has written to since
     std::array<T, kPiece> items{};
   };
 

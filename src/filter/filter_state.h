@@ -59,7 +59,7 @@ struct FilterLandmark {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
   // Given the poses, V^-1, as of the last update or promotion: a lower bound of the marginal.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  std::vector<PointMeasurement> measurements;  // at most one per pose
+  std::vector<PointMeasurement> measurements;               // at most one per pose
   bool is_removed() const { return measurements.empty(); }  // or not measured yet
 
   // A measurement has come, gone or been linearized since what follows was computed.

@@ -95,7 +95,7 @@ class ReducedSystem {
   double gauge_weight_ = 0;
   BlockMatrix matrix_;
   std::vector<std::uint8_t> stale_column_, stale_side_;
-  std::vector<std::uint8_t> removed_;        // by column
+  std::vector<std::uint8_t> removed_;  // by column
   int num_removed_ = 0;
   std::vector<BlockColumn*> stale_columns_;  // by column, within a sum
   LandmarkSet concerned_;

@@ -45,8 +45,7 @@ FinishedMap finish(const LiveMap& live) {
   const Map& map = live.map();
   finished.trajectory = live.log.in(map);
   for (int k = 0; k < map.num_keyframes(); ++k)
-    if (!map.is_removed(k))
-      finished.keyframes.push_back({map.keyframe(k).time_us, map.pose(k)});
+    if (!map.is_removed(k)) finished.keyframes.push_back({map.keyframe(k).time_us, map.pose(k)});
   for (int t = 0; t < map.num_tracks(); ++t) {
     const Track& track = map.track(t);
     if (!track.is_landmark()) continue;

@@ -33,8 +33,8 @@ struct MapContents {
 
   MapSign map_sign = MapSign::kMinus;
   std::vector<OfKeyframe> keyframes;
-  int num_tracks = 0;           // removed ones too
-  std::vector<OfTrack> tracks;  // those that are left, by number ascending
+  int num_tracks = 0;                // removed ones too
+  std::vector<OfTrack> tracks;       // those that are left, by number ascending
   std::vector<OfEdge> filter_edges;  // that the filter holds
   std::vector<MapEdge> edges;        // that have used measurements
   FilterBooks filter;

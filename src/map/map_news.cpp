@@ -21,8 +21,7 @@ bool moved(const Rigid3& a, const Rigid3& b, double depth) {
 }
 
 KeyframeView keyframe_view(const Map& map, int keyframe) {
-  return {keyframe, map.keyframe(keyframe).time_us, map.pose(keyframe),
-          unknown_covariance<6>()};
+  return {keyframe, map.keyframe(keyframe).time_us, map.pose(keyframe), unknown_covariance<6>()};
 }
 
 LandmarkView landmark_view(const Map& map, int track) {

@@ -70,7 +70,7 @@ class SightCounts {
 
   SafeView view_;
   std::map<int, Count> counts_;  // by track
-  std::optional<Rigid3> last_;  // pose of the frame counted last
+  std::optional<Rigid3> last_;   // pose of the frame counted last
 };
 
 }  // namespace eifmap

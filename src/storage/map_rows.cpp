@@ -10,8 +10,8 @@
 namespace eifmap {
 namespace {
 
-// What a file can say of how many: more is no map. Of those that are no more there is nothing in it,
-// and a camera that never rests makes ten thousand a minute.
+// What a file can say of how many: more is no map. Of those that are no more there is nothing in
+// it, and a camera that never rests makes ten thousand a minute.
 constexpr std::uint32_t kMostTracks = 500'000'000;
 
 constexpr std::size_t kLogPiece = TrajectoryLog::Entries::piece_size();

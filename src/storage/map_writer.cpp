@@ -118,9 +118,7 @@ void MapWriter::put_tracks() {
   for_changed(map_.tracks(), before ? &before->tracks() : nullptr,
               [&](std::size_t t) { stale.push_back(static_cast<int>(t)); });
   for_changed(map_.filter().landmarks(), before ? &before->filter().landmarks() : nullptr,
-              [&](std::size_t l) {
-                stale.push_back(map_.track_of_landmark(static_cast<int>(l)));
-              });
+              [&](std::size_t l) { stale.push_back(map_.track_of_landmark(static_cast<int>(l))); });
   std::sort(stale.begin(), stale.end());
   stale.erase(std::unique(stale.begin(), stale.end()), stale.end());
   for (const int t : stale) put_track(t);

@@ -141,7 +141,9 @@ TEST(MapPublisher, KeepsNoMoreOfThePastThanIsOfUse) {
   MapPublisher::Options options = small_parts();
   options.small_map_bytes = 20'000;
   MapPublisher publisher(options);
-  const auto most = [&] { return std::max<std::size_t>(20'000, 2 * publisher.map().whole_bytes()); };
+  const auto most = [&] {
+    return std::max<std::size_t>(20'000, 2 * publisher.map().whole_bytes());
+  };
   for (std::int64_t seq = 1; seq <= 300; ++seq) {
     publisher.publish(update(seq, seq == 1, 300, true), kChannel);
     EXPECT_LE(publisher.kept_bytes(), most());

@@ -274,7 +274,8 @@ TEST(MapFile, RowsThatDoNotFitEachOtherAreRefused) {
   EXPECT_GT(refused, 3);
 }
 
-// A camera that never rests makes ten thousand tracks a minute, of which a bounded map has few left.
+// A camera that never rests makes ten thousand tracks a minute, of which a bounded map has few
+// left.
 TEST(MapFile, TracksThatAreNoMoreAreNoBurden) {
   const TemporaryFolder folder;
   MapSnapshot snapshot = small_map();
