@@ -82,7 +82,8 @@ class InformationFilter {
   // Handles are indices, in the order of adding, and stay valid. The first pose is the gauge: it
   // never moves.
   int add_pose(const Rigid3& world_from_camera);
-  // `covariance`: given the poses, until the next update.
+  // `covariance`: given the poses, until the next update. To be measured before that: one without
+  // measurements counts as removed.
   int add_landmark(const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance);
   void add_measurement(int landmark, int pose, const Eigen::Vector2d& x, double sigma);
   void remove_measurement(int landmark, int pose);

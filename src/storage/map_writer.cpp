@@ -129,15 +129,15 @@ void MapWriter::put_tracks() {
 void MapWriter::put_measurements() {
   const Map* before = map_before();
   const FilterEdges& poses = map_.filter().edges();
-  for (std::size_t e = 0; e < poses.size(); ++e)
-    if (!before || !poses.shares_piece(e, before->filter().edges()))
-      put_row(Table::kFilterEdge, e,
-              [&, edge = of_filter(poses[e])](auto& out) { fields::relative_pose(out, edge); });
+  for_changed(poses, before ? &before->filter().edges() : nullptr, [&](std::size_t e) {
+    put_row(Table::kFilterEdge, e,
+            [edge = of_filter(poses[e])](auto& out) { fields::relative_pose(out, edge); });
+  });
   erase_beyond(Table::kFilterEdge, poses.size(), before ? before->filter().edges().size() : 0);
   const MapEdges& edges = map_.edges();
-  for (std::size_t e = 0; e < edges.size(); ++e)
-    if (!before || !edges.shares_piece(e, before->edges()))
-      put_row(Table::kEdge, e, [&](auto& out) { fields::edge(out, edges[e]); });
+  for_changed(edges, before ? &before->edges() : nullptr, [&](std::size_t e) {
+    put_row(Table::kEdge, e, [&](auto& out) { fields::edge(out, edges[e]); });
+  });
   erase_beyond(Table::kEdge, edges.size(), before ? before->edges().size() : 0);
 }
 
