@@ -173,7 +173,7 @@ CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes byte
   if (!frame.ok() && to_be_guessed && guessed_.erase(channel.camera) > 0)
     calibrations_.erase(channel.camera);
   if (keyframes_) timer_.add("keyframe", keyframes_->take_busy_ms());
-  timer_.end_frame(results_ == Results::kKept);
+  timer_.end_frame(record_.has_value());
   if (record_) record_->add(mapped.result);
   return mapped;
 }

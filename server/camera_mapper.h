@@ -132,7 +132,7 @@ class CameraMapper {
 
   // Before the first frame: write_results() will not be asked for.
   void keep_no_results() { results_ = Results::kNone; }
-  bool has_results() const { return mapper_.has_value(); }
+  bool has_results() const { return record_.has_value(); }
   // Writes what RunRecord writes, of all frames since the calibration last changed. Returns "" or
   // what went wrong.
   std::string write_results(const std::filesystem::path& folder) const;

@@ -84,6 +84,7 @@ TEST(CameraMapper, NotesNoResultsUnlessItIsToWriteThem) {
   for (int i = 0; i < 6; ++i)
     expect_same(mapper.take_frame(kFeatures, bytes(stream.frame(i))).result,
                 alone[static_cast<std::size_t>(i)]);
+  EXPECT_FALSE(mapper.has_results());
   EXPECT_EQ(mapper.write_results("nowhere"), "no results were kept");
   EXPECT_FALSE(std::filesystem::exists("nowhere"));
 }
