@@ -82,8 +82,11 @@ std::future<CommandOutcome> CameraLane::command(
 void CameraLane::do_orders() {
   const std::vector<OrderQueue::Order> orders = orders_.take();
   if (orders.empty()) return;
-  for (const OrderQueue::Order& order : orders) guarded(order);
-  if (const std::optional<MapUpdate> loaded = mapper_.take_loaded()) publish_map(*loaded, 0);
+  for (const OrderQueue::Order& order : orders) {
+    guarded(order);
+    const std::optional<MapUpdate> update = mapper_.take_commanded();
+    if (update) publish_map(*update, last_time_us_);
+  }
   maps_beside_ = mapper_.maps_beside();
   parts_wait_ = true;  // of a snapshot, maybe
   tell_changes();
@@ -329,7 +332,8 @@ void CameraLane::send(ChannelKind kind, const std::vector<std::uint8_t>& bytes) 
 
 bool CameraLane::wait_until_idle(Clock::time_point deadline) {
   while (inbox_.wait_until_idle(deadline) && Clock::now() < deadline) {
-    if (!parts_wait_ && !maps_beside_ && !saves_) return true;
+    // In the order in which work goes on: each is told of before what it came from is done.
+    if (!maps_beside_ && !saves_ && !parts_wait_) return true;
     std::this_thread::sleep_for(milliseconds(1));
   }
   return false;

@@ -71,13 +71,15 @@ class CameraMapper {
 
   // The map in use, by a name of the user's: letters, digits, '-' and '_', 1 to 64. save_map()
   // returns when it is on the disk; load_map() goes on with that one, under another number, and
-  // gives up all that there are. take_loaded(): that map, whole, to be published. With a reason
-  // nothing has changed: kUnsupported where no folder is given, kBadArguments, kNoMap,
-  // kMapNotSaved, or what load_map() of storage/map_file.h says.
+  // gives up all that there are. With a reason nothing has changed: kUnsupported where no folder is
+  // given, kBadArguments, kNoMap, kMapNotSaved, or what load_map() of storage/map_file.h says.
   Taken save_map(const std::string& name);
   Taken load_map(const std::string& name);
-  std::optional<MapUpdate> take_loaded() { return std::exchange(loaded_, std::nullopt); }
+  // Once it is on no map changes: a keyframe that is under way has come into it before this
+  // returns. Throws what its job threw; then another map begins, as where a frame meets that.
   void localize_only(bool only);
+  // What the last of these did to the map, to be published before the next of them.
+  std::optional<MapUpdate> take_commanded() { return std::exchange(commanded_, std::nullopt); }
   bool localizes_only() const { return mapper_ ? mapper_->localizes_only() : localize_only_; }
 
   struct Mapped {
@@ -167,7 +169,7 @@ class CameraMapper {
   std::string saver_problem_;  // why there is none, although a folder is given
   std::vector<Taken> refused_files_;
   std::int64_t safe_seq_ = 0;  // of an update that the disk had already
-  std::optional<MapUpdate> loaded_;
+  std::optional<MapUpdate> commanded_;
   bool localize_only_ = false;
   std::int64_t largest_map_id_ = 0, largest_epoch_ = -1;  // published so far
   // Published last. Updates are numbered through all maps.

@@ -86,13 +86,21 @@ CameraMapper::Taken CameraMapper::load_map(const std::string& name) {
   begin.in_use = std::move(loaded.snapshot);
   mapper_->restore(begin);
   was_reset_ = true;
-  loaded_ = next_update();
+  commanded_ = next_update();
   return {Reason::kNone, file.string()};
 }
 
 void CameraMapper::localize_only(bool only) {
+  const bool begins = only && !localizes_only();
   localize_only_ = only;
   if (mapper_) mapper_->localize_only(only);
+  if (!begins) return;
+  try {
+    commanded_ = adopt_keyframe(true);
+  } catch (const std::exception&) {
+    begin_map(camera_, *calibration_of(camera_));
+    throw;
+  }
 }
 
 void CameraMapper::save_maps() {

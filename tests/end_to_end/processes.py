@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -137,7 +138,19 @@ def map_offline(options, output):
 def run_live(options, folder, taking, before=None):
     """Server, logger and publisher to the end: `folder`/live is the server's, `folder`/logged the
     logger's. `taking`: newest or lossless; `before(processes)`: what else is done before publishing.
+    Once more, at most twice, where the logger's socket had no room: it has less than was published,
+    and that is neither the server's doing nor the client's.
     """
+    for _ in range(3):
+        for made in ("live", "logged"):
+            shutil.rmtree(folder / made, ignore_errors=True)
+        if run_live_once(options, folder, taking, before) == 0:
+            break
+        print("the logger's socket overflowed")
+
+
+def run_live_once(options, folder, taking, before):
+    """Datagrams that the logger's socket had no room for."""
     with Processes(folder) as processes:
         server = processes.start("server", options.server, "--input", taking,
                                  "--output", folder / "live")
@@ -148,13 +161,52 @@ def run_live(options, folder, taking, before=None):
             before(processes)
         processes.start("publisher", options.client, "publish", *options.publish).wait_for_end()
         wait_for_lines(folder / "logged" / "poses.jsonl", options.frames)
+        lost = overflows(logger)
         server.child.send_signal(signal.SIGTERM)
         server.wait_for_end()
         logger.wait_for_end()
+    return lost
+
+
+def overflows(process):
+    """Datagrams that a process' sockets in this network had no room for."""
+    opened = set()
+    for file in pathlib.Path(f"/proc/{process.child.pid}/fd").iterdir():
+        try:
+            opened.add(os.readlink(file))
+        except FileNotFoundError:
+            pass  # closed meanwhile
+    sockets = [line.split() for line in pathlib.Path("/proc/net/udp").read_text().splitlines()[1:]]
+    return sum(int(socket[-1]) for socket in sockets if f"socket:[{socket[9]}]" in opened)
 
 
 def lines(file):
     return file.read_text().splitlines() if file.exists() else []
+
+
+def last_status(log):
+    """Of a log that is still being written: the last line that is whole."""
+    return json.loads((log / "status.jsonl").read_text().rpartition("\n")[0].splitlines()[-1])
+
+
+def wait_for(what, condition, seconds=PATIENCE_S):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > deadline:
+            fail(f"{what} never came")
+        time.sleep(0.05)
+
+
+def wait_until_quiet(state, for_s):
+    """Until what `state` gives has been the same for as long."""
+    last, since, begin = state(), time.monotonic(), time.monotonic()
+    while time.monotonic() - since < for_s:
+        now = state()
+        if now != last:
+            last, since = now, time.monotonic()
+        if time.monotonic() - begin > PATIENCE_S:
+            fail(f"it is never quiet: {last}")
+        time.sleep(0.1)
 
 
 def wait_for_lines(file, count):

@@ -2,14 +2,21 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <filesystem>
+#include <functional>
+#include <future>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <stdexcept>
 
 #include "convert/camera_message.h"
 #include "convert/feature_message.h"
 #include "convert/image_message.h"
 #include "features/front_end.h"
+#include "server/held.h"
 #include "support/feature_world.h"
 
 namespace eifmap {
@@ -215,6 +222,86 @@ TEST(CameraMapper, AFaultOfOursCostsTheFrameAndNotTheMap) {
   const FrameResult after = mapper.take_frame(kFeatures, bytes(stream.frame(26))).result;
   EXPECT_EQ(after.state, TrackingState::kTracking);
   EXPECT_EQ(after.map_id, before.map_id);
+}
+
+// `around_job`: in the thread of the keyframes.
+Handover beside(std::function<void()> around_job) {
+  return {Handover::When::kWhenDone, 0, {}, std::move(around_job)};
+}
+
+// Maps until a keyframe's job is there, and returns the last update before it; `next`: the frame
+// after the keyframe's.
+MapUpdate map_until_beside(CameraMapper& mapper, const SyntheticStream& stream, int& next) {
+  mapper.take_calibration("cam0", calibration(synthetic_camera()));
+  MapUpdate last;
+  for (next = 0; next < 60 && !mapper.maps_beside(); ++next) {
+    const CameraMapper::Mapped mapped = mapper.take_frame(kFeatures, bytes(stream.frame(next)));
+    if (mapped.update) last = *mapped.update;
+  }
+  return last;
+}
+
+TEST(CameraMapper, BeforeItOnlyLocalizesTheKeyframeUnderWayComesIntoTheMap) {
+  using namespace std::chrono_literals;
+  const SyntheticStream stream;
+  Held held;
+  CameraMapper mapper(ServerConfig{}, beside([&held] { held.wait(); }));
+  int next = 0;
+  const MapUpdate before = map_until_beside(mapper, stream, next);
+  const std::int64_t keyframes = mapper.statistics().keyframes;
+  auto command = std::async(std::launch::async, [&mapper] { mapper.localize_only(true); });
+  EXPECT_EQ(command.wait_for(50ms), std::future_status::timeout) << "the job is held";
+  held.release();
+  command.get();
+
+  EXPECT_TRUE(mapper.localizes_only());
+  EXPECT_EQ(mapper.statistics().keyframes, keyframes + 1);
+  const std::optional<MapUpdate> update = mapper.take_commanded();
+  ASSERT_TRUE(update);
+  EXPECT_EQ(update->base_seq, before.seq);
+  const std::int64_t time_us = stream.frame(next - 1).time_us;
+  EXPECT_TRUE(std::any_of(update->keyframes.begin(), update->keyframes.end(),
+                          [time_us](const KeyframeView& k) { return k.time_us == time_us; }));
+
+  int tracked = 0;
+  for (int i = next; i < next + 20; ++i) {
+    const CameraMapper::Mapped mapped = mapper.take_frame(kFeatures, bytes(stream.frame(i)));
+    tracked += mapped.result.state == TrackingState::kTracking;
+    EXPECT_EQ(mapped.result.map_seq, update->seq);
+    EXPECT_FALSE(mapped.update);
+    EXPECT_FALSE(mapper.maps_beside());
+  }
+  EXPECT_GE(tracked, 10) << "else this shows little";
+  EXPECT_EQ(mapper.statistics().keyframes, keyframes + 1);
+  mapper.localize_only(true);
+  EXPECT_FALSE(mapper.take_commanded()) << "nothing was under way";
+}
+
+TEST(CameraMapper, WhatTheKeyframeUnderWayThrowsIsSaidAndAnotherMapBegins) {
+  const SyntheticStream stream;
+  std::atomic<bool> faulty = true;
+  CameraMapper mapper(ServerConfig{}, beside([&faulty] {
+                        if (faulty) throw std::logic_error("a fault on purpose");
+                      }));
+  int next = 0;
+  const MapUpdate before = map_until_beside(mapper, stream, next);
+  ASSERT_TRUE(mapper.maps_beside());
+  EXPECT_THROW(mapper.localize_only(true), std::runtime_error);
+  EXPECT_FALSE(mapper.take_commanded());
+  EXPECT_FALSE(mapper.maps_beside());
+  EXPECT_EQ(mapper.statistics().keyframes, 0) << "of a map that was given up";
+  EXPECT_EQ(mapper.take_frame(kFeatures, bytes(stream.frame(next))).result.reason,
+            Reason::kNotRelocalized);
+
+  faulty = false;
+  mapper.localize_only(false);
+  FrameResult last;
+  for (int i = next + 1; i <= next + 25; ++i)
+    last = mapper.take_frame(kFeatures, bytes(stream.frame(i))).result;
+  EXPECT_EQ(last.state, TrackingState::kTracking);
+  EXPECT_GT(last.map_id, before.map_id);
+  mapper.adopt_keyframe(true);
+  EXPECT_GT(mapper.statistics().keyframes, 2) << "the first two are of its start";
 }
 
 TEST(CameraMapper, ImagesTooSmallForFeaturesAreRefused) {
