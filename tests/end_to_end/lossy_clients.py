@@ -8,9 +8,9 @@ import pathlib
 import signal
 import sys
 import tempfile
-import time
 
-from processes import Processes, fail, lines, live_options, parse_live, wait_for_lines
+from processes import (Processes, fail, last_status, lines, live_options, parse_live, wait_for_lines,
+                       wait_until_quiet)
 from two_hosts import FarHost, URL
 
 SOURCE = pathlib.Path(__file__).resolve().parent
@@ -73,7 +73,7 @@ def run(options, folder, seed):
         loggers.start("again")
         publisher.wait_for_end()
         loggers.start("late")
-        time.sleep(options.quiet_s)
+        wait_until_quiet(lambda: asked(folder / "near"), options.quiet_s)
         maps = loggers.maps()
         there.child.send_signal(signal.SIGTERM)
         there.wait_for_end()
@@ -81,6 +81,12 @@ def run(options, folder, seed):
         server.wait_for_end()
         near.wait_for_end()
     return maps
+
+
+def asked(log):
+    """Of the published map, and how often it was asked for: who misses some of it goes on asking."""
+    status = last_status(log)
+    return [status["map_seq"]] + [status["diagnostics"][key] for key in ("map_requests", "map_parts_again")]
 
 
 def judge(maps, folder, seed):

@@ -6,7 +6,6 @@ refused, and a connection that asks for nothing holds up nobody. Run it inside a
 (support/private_network.sh).
 """
 import argparse
-import json
 import pathlib
 import re
 import signal
@@ -17,7 +16,7 @@ import time
 import urllib.error
 import urllib.request
 
-from processes import Processes, fail, lines, wait_for_lines
+from processes import Processes, fail, last_status, wait_for_lines
 
 PORT = 19464
 URL = f"http://127.0.0.1:{PORT}/metrics"
@@ -74,21 +73,23 @@ def of_camera(samples, name, camera):
 
 
 def check_figures(samples, folder):
+    """What is wrong with them, beside what each camera's last status says; "" nothing."""
     if samples["eifmap_cameras"] != len(CAMERAS):
-        fail(f"{samples['eifmap_cameras']} cameras")
+        return f"{samples['eifmap_cameras']} cameras"
     if samples["eifmap_resident_memory_bytes"] < 1e6:
-        fail("no memory in use")
+        return "no memory in use"
     for camera in CAMERAS:
-        status = json.loads(lines(folder / camera / "status.jsonl")[-1])
+        status = last_status(folder / camera)
         for name, key in [("frames_processed_total", "frames_processed"), ("keyframes", "keyframes"),
                           ("frames_received_total", "frames_received"), ("landmarks", "landmarks"),
                           ("map_seq", "map_seq")]:
             if of_camera(samples, name, camera) != status[key]:
-                fail(f"{camera}: {name} is {of_camera(samples, name, camera)}, "
-                     f"the status says {status[key]}")
+                return (f"{camera}: {name} is {of_camera(samples, name, camera)}, "
+                        f"the status says {status[key]}")
         if status["keyframes"] < 3:
-            fail(f"{camera} has no map")
+            return f"{camera} has no map"
         print(f"{camera}: {status['frames_processed']} frames, {status['keyframes']} keyframes")
+    return ""
 
 
 def main():
@@ -121,8 +122,12 @@ def main():
             fail(f"{during} cameras while {len(CAMERAS)} were published")
         for camera in CAMERAS:
             wait_for_lines(folder / camera / "poses.jsonl", options.frames)
-        time.sleep(2.5)  # two periods of the status
-        check_figures(scrape(), folder)
+        # The status comes every second.
+        deadline = time.monotonic() + 20
+        while problem := check_figures(scrape(), folder):
+            if time.monotonic() > deadline:
+                fail(problem)
+            time.sleep(0.5)
         idle.close()
         server.child.send_signal(signal.SIGTERM)
         server.wait_for_end()

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import tempfile
 
-from processes import Processes, fail, lines, live_options, parse_live, run_live
+from processes import Processes, fail, lines, live_options, parse_live, run_live, wait_for
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -14,6 +14,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 def make_types(folder):
     schemas = sorted(ROOT.glob("messages/*.lcm"))
     subprocess.run(["lcm-gen", "--python", "--ppath", folder, *schemas], check=True)
+
+
+def hears_the_group():
+    """Somebody in this network has joined 239.255.76.67, LCM's."""
+    return "434CFFEF" in pathlib.Path("/proc/net/igmp").read_text()
 
 
 def main():
@@ -24,12 +29,14 @@ def main():
         os.environ["PYTHONPATH"] = str(folder / "types")
         with Processes(folder) as outer:
             example = outer.start("example", "python3", ROOT / "client/examples/follow_poses.py")
+            wait_for("the example", hears_the_group)
             run_live(options, folder, "lossless")
+            logged = lines(folder / "logged" / "trajectory.tum")
+            wait_for("the last pose", lambda: len(example.text().splitlines()) >= len(logged))
             example.child.send_signal(signal.SIGTERM)
             example.child.wait(10)
             said = [[float(x) for x in line.split()] for line in example.text().splitlines()]
-        logged = [[float(x) for x in line.split()]
-                  for line in lines(folder / "logged" / "trajectory.tum")]
+        logged = [[float(x) for x in line.split()] for line in logged]
         print(f"{len(said)} poses said, {len(logged)} logged")
         if len(logged) < 0.8 * options.frames:
             fail("next to nothing was tracked: this shows nothing")

@@ -7,7 +7,6 @@ part, parts], in the order of delivery. A datagram carries one message: larger o
 import argparse
 import ctypes
 import json
-import os
 import random
 import select
 import signal

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "decision.h"
+#include "server/held.h"
 #include "server/server_network.h"
 #include "support/feature_world.h"
 
@@ -235,9 +236,13 @@ TEST(MappingServer, OutlivesWhatItsSurroundingsThrow) {
 TEST(MappingServer, NewestAccountsForEveryFrame) {
   constexpr int kFrames = 200;
   const SyntheticStream stream;
-  Network network(ServerConfig{});
+  Held held;  // else a mapper that is faster than the publisher drops none
+  Network network(ServerConfig{}, {},
+                  [&held](const std::string&, std::string_view, bool) { held.wait(); });
   network.publish(synthetic_camera());
   for (int i = 0; i < kFrames; ++i) network.publish(stream.frame(i, 0.02));
+  network.wait_until_handed_out();
+  held.release();
   network.settle();
   network.finish();
   const status_t& last = network.of("cam0").statuses.back();
@@ -361,7 +366,12 @@ TEST(MappingServer, StopsWhileTheInboxIsFull) {
   Network network(config);
   network.publish(synthetic_camera());
   for (int i = 0; i < 100; ++i) network.publish(stream.frame(i));
+  // Before the camera has its inbox there is none to be full. What the server says is heard only
+  // after these frames.
+  for (int i = 0; i < 60000 && network.server->statuses().size() < 2; ++i)
+    std::this_thread::sleep_for(1ms);
   network.finish();
+  ASSERT_FALSE(network.of("cam0").statuses.empty());
   EXPECT_EQ(network.of("cam0").statuses.back().state, status_t::STATE_STOPPING);
 }
 

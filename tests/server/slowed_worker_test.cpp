@@ -105,21 +105,31 @@ Record run(const Handover& handover, const Between& between) {
   return run;
 }
 
-// Decided by timing: each job is held for some frames more, drawn at random, and some time.
+// Decided by timing: each job is held for some frames more, drawn at random, and some time. The
+// worker is niced, and a busy machine may starve it: every few frames, drawn at random too, it is
+// waited for.
 Record run_live(std::uint64_t seed) {
   test::Random in_worker(seed), in_tracking(seed + 1000);
   std::atomic<int> processed = 0;
+  std::atomic<bool> waited_for = false;
+  int waits_at = 4;
   bool before = true;
   Handover handover{Handover::When::kWhenDone, 0, {}, {}};
   handover.around_job = [&] {
     const int until = before ? processed + static_cast<int>(in_worker.bits() % 5) : 0;
     before = !before;
-    while (processed < std::min(until, kFrames)) std::this_thread::yield();
+    while (processed < std::min(until, kFrames) && !waited_for) std::this_thread::yield();
     sleep_at_random(in_worker);
   };
   return run(handover, [&](const KeyframeWorker& worker) {
-    ++processed;
     sleep_at_random(in_tracking);
+    if (++processed >= waits_at) {
+      waited_for = true;
+      while (worker.has_job() && !worker.is_done())
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      waited_for = false;
+      waits_at = processed + 4 + static_cast<int>(in_tracking.bits() % 5);
+    }
     return worker.may_be_adopted() && in_tracking.uniform() < 0.3;
   });
 }

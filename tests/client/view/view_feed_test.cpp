@@ -103,13 +103,17 @@ TEST_F(ViewFeedTest, EveryPixelFormatIsShown) {
 }
 
 TEST_F(ViewFeedTest, ImagesBecomeAPicture) {
+  constexpr int kImages = 50;
   listen("cam0");
-  auto image = samples::image();
-  send("cam0", ChannelKind::kImage, to_message(image));
+  const auto image = to_message(samples::image());
+  const auto begin = ViewFeed::Clock::now();
+  send("cam0", ChannelKind::kImage, image);
   EXPECT_EQ(view_.picture.number(), 1);
   EXPECT_EQ(view_.picture.jpeg().substr(0, 2), "\xff\xd8");
-  send("cam0", ChannelKind::kImage, to_message(image));
-  EXPECT_EQ(view_.picture.number(), 1) << "they come faster than anybody looks";
+  for (int i = 1; i < kImages; ++i) send("cam0", ChannelKind::kImage, image);
+  // On a busy machine they may come slowly: so many as the time that it took allows.
+  const auto periods = (ViewFeed::Clock::now() - begin) / ViewFeed::kPicturePeriod;
+  EXPECT_LE(view_.picture.number(), 1 + periods) << "they come faster than anybody looks";
 }
 
 TEST_F(ViewFeedTest, TheCalibrationGivesTheFrustumItsShape) {
