@@ -104,9 +104,16 @@ MetricsServer::Opened open_metrics(const ServerConfig& config, MappingServer& se
 }
 
 // What long-lived maps allocate lies scattered among what frames have freed, and the allocator
-// keeps it all: every few seconds what is free goes back to the system.
+// keeps it all: every few seconds what is free goes back to the system. Large blocks, as of a map's
+// file that is written anew, do so at once. Left to itself the allocator raises the threshold when
+// it has seen some, takes the next from where it takes the others, and keeps as much as they were
+// at the end of each thread's memory, where it cannot be trimmed.
 class FreeMemory {
  public:
+  FreeMemory() {
+    constexpr int kLarge = 1 << 20;
+    mallopt(M_MMAP_THRESHOLD, kLarge);
+  }
   void give_back_sometimes() {
     constexpr auto kPeriod = std::chrono::seconds(3);
     const auto now = std::chrono::steady_clock::now();

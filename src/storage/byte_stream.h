@@ -26,7 +26,9 @@ class ByteWriter {
  public:
   static constexpr bool kReads = false;
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+  std::vector<std::uint8_t> take() { return std::exchange(bytes_, {}); }
   void clear() { bytes_.clear(); }
+  void reserve(std::size_t size) { bytes_.reserve(size); }
   void append(const void* data, std::size_t size) {
     if (size == 0) return;
     const std::size_t at = bytes_.size();

@@ -44,9 +44,10 @@ std::vector<std::uint8_t> RowBook::record() const {
     digest += change.hash;
   }
   ByteWriter out;
+  out.reserve(kDigestSize + rows_.bytes().size());
   out(digest);
   out.append(rows_.bytes().data(), rows_.bytes().size());
-  return out.bytes();
+  return out.take();
 }
 
 void RowBook::keep() {
@@ -59,9 +60,10 @@ void RowBook::keep() {
   drop();
 }
 
+// After a record of the whole map come small ones: what it took is not held for them.
 void RowBook::drop() {
-  changes_.clear();
-  rows_.clear();
+  changes_ = {};
+  rows_ = {};
 }
 
 std::string RowSet::add(RowBytes record) {
