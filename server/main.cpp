@@ -107,12 +107,15 @@ MetricsServer::Opened open_metrics(const ServerConfig& config, MappingServer& se
 // keeps it all: every few seconds what is free goes back to the system. Large blocks, as of a map's
 // file that is written anew, do so at once. Left to itself the allocator raises the threshold when
 // it has seen some, takes the next from where it takes the others, and keeps as much as they were
-// at the end of each thread's memory, where it cannot be trimmed.
+// at the end of each thread's memory, where it cannot be trimmed. And all threads take from one
+// place: what one frees another uses, where each would keep holes of its own. To be made before
+// there are any.
 class FreeMemory {
  public:
   FreeMemory() {
     constexpr int kLarge = 1 << 20;
     mallopt(M_MMAP_THRESHOLD, kLarge);
+    mallopt(M_ARENA_MAX, 1);
   }
   void give_back_sometimes() {
     constexpr auto kPeriod = std::chrono::seconds(3);
@@ -133,6 +136,7 @@ int run_live(const ServerConfig& config, const std::filesystem::path& output,
       spdlog::error(problem);
       return kFailed;
     }
+  FreeMemory memory;
   const LcmBus::Opened opened = LcmBus::open(config.lcm_url);
   if (!opened.problem.empty()) {
     spdlog::error(opened.problem);
@@ -148,7 +152,6 @@ int run_live(const ServerConfig& config, const std::filesystem::path& output,
   }
   spdlog::info("listening on {}", config.lcm_url);
   bool healthy = true;
-  FreeMemory memory;
   while (healthy && !signals.arrived() && !server.told_to_stop()) {
     healthy = opened.bus->receive(std::chrono::milliseconds(100));
     memory.give_back_sometimes();
