@@ -45,7 +45,7 @@ class Control:
 def pause_and_resume(control, folder):
     poses = folder / "logged" / "poses.jsonl"
     control.expect(0, "pause", words=["OK: paused"])
-    wait_for("the status of a pause", lambda: last_status(folder / "logged")["state"] == 4)
+    wait_for("the status of a pause", lambda: last_status(folder / "logged")["state"] == 4, seconds=20)
     if control.reply("ping", "--camera", CAMERA)["values"]["state"] != "PAUSED":
         fail("a paused camera does not say so")
     before = len(lines(poses))
@@ -65,9 +65,9 @@ def reset(control, folder):
     # Where the pause was long the camera may have been lost after it, and be in another map.
     before = int(control.reply("map", "--camera", CAMERA)["values"]["map_id"])
     given_up = int(control.reply("reset", "--camera", CAMERA)["values"]["map_given_up"])
-    if not 0 < before <= given_up:
+    if before < 1 or given_up != before:
         fail(f"map {given_up} was given up, there was {before}")
-    wait_for("another map", lambda: last_status(folder / "logged")["map_id"] > given_up)
+    wait_for("another map", lambda: last_status(folder / "logged")["map_id"] == before + 1, seconds=20)
 
 
 def one_run(options, folder):
