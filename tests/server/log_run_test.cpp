@@ -3,9 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <thread>
-
 #include "convert/camera_message.h"
 #include "convert/decision_message.h"
 #include "convert/feature_parts.h"
@@ -13,6 +10,7 @@
 #include "convert/pose_message.h"
 #include "sequence/temporary_folder.h"
 #include "server/camera_mapper.h"
+#include "server/let_keyframe_in.h"
 #include "support/event_log_writer.h"
 #include "support/feature_world.h"
 
@@ -56,13 +54,7 @@ class LiveCamera {
   // The logger has lost what is heard next.
   void lose_next() { lost_ = true; }
 
-  // The thread of the keyframes is niced: a busy machine has to be waited for.
-  void let_keyframe_in() {
-    while (mapper_.maps_beside()) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      mapper_.adopt_keyframe(false);
-    }
-  }
+  void let_keyframe_in() { eifmap::let_keyframe_in(mapper_); }
 
   // Keyframes have time to go in after every fourth frame alone.
   void map_all(const SyntheticStream& stream, int from = 0, int to = kFrames) {

@@ -5,9 +5,7 @@
 #include <sys/wait.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
-#include <thread>
 
 #include "convert/camera_message.h"
 #include "convert/image_message.h"
@@ -16,6 +14,7 @@
 #include "sequence/measurements_file.h"
 #include "sequence/temporary_folder.h"
 #include "server/camera_mapper.h"
+#include "server/let_keyframe_in.h"
 #include "server/sequence_run.h"
 #include "simulation/simulated_world.h"
 #include "support/own_folder.h"
@@ -89,14 +88,6 @@ class ReplayTest : public testing::Test {
         mapper.take_measurement("cam0", encode(to_message(NamedMeasurement{"cam0", m})));
     ASSERT_EQ(taken.reason, Reason::kNone) << taken.detail;
     measured_.push_back(m);
-  }
-
-  // The thread of the keyframes is niced: a busy machine has to be waited for.
-  static void let_keyframe_in(CameraMapper& mapper) {
-    while (mapper.maps_beside()) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      mapper.adopt_keyframe(false);
-    }
   }
 
   // A live run that passes over some images, has time for the map after some, and whose publisher
