@@ -244,9 +244,7 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
     mapped.result = rejected(Reason::kInternalError, error.what());
     return;
   } catch (const std::exception& error) {
-    // A fault of ours, and who knows what was half done: the map is no longer to be trusted, the
-    // next frame begins another.
-    begin_map(frame.camera, *calibration_of(frame.camera));
+    give_up_map();
     mapped.result =
         rejected(Reason::kFilterFailed, std::string("the map was given up: ") + error.what());
     return;
@@ -256,6 +254,12 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
     mapped.result.map_seq = map_seq_;
     note_published(mapped.result.map_id, mapped.result.map_epoch);
   }
+}
+
+// After a fault of ours, and who knows what was half done: the map is no longer to be trusted, the
+// next frame begins another.
+void CameraMapper::give_up_map() {
+  begin_map(camera_, *calibration_of(camera_));
 }
 
 // What is refused now is counted by the mapper.
@@ -346,11 +350,15 @@ RelativeAnswer CameraMapper::answer(const RelativeRequest& request) const {
 std::optional<MapUpdate> CameraMapper::adopt_keyframe(bool wait) {
   if (!keyframes_ || !(wait ? keyframes_->has_job() : keyframes_->may_be_adopted()))
     return std::nullopt;
+  // At the end the results without the last keyframe are more than none.
+  return settle(wait ? IfItFails::kKeepMap : IfItFails::kGiveUpMap);
+}
+
+std::optional<MapUpdate> CameraMapper::settle(IfItFails then) {
   try {
     if (mapper_->settle()) return next_update();
   } catch (const std::exception&) {
-    // As where a frame meets it: map(). At the end the results without the last keyframe are more.
-    if (!wait) begin_map(camera_, *calibration_of(camera_));
+    if (then == IfItFails::kGiveUpMap) give_up_map();
     throw;
   }
   return std::nullopt;

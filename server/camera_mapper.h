@@ -148,6 +148,10 @@ class CameraMapper {
   Decoded<FeatureFrame> read_image(const Channel& channel, Bytes bytes, const Camera& known);
   bool is_late(const ImageMessage& image, const Camera& camera, const Camera& known) const;
   void map(const FeatureFrame& frame, Mapped& mapped);
+  void give_up_map();
+  // Waits for the keyframe's job that is under way, if any. Throws what that threw.
+  enum class IfItFails { kGiveUpMap, kKeepMap };
+  std::optional<MapUpdate> settle(IfItFails then);
   void give_measurements();
   MapUpdate next_update();
   void note_published(std::int64_t map_id, std::int64_t epoch);

@@ -94,13 +94,7 @@ void CameraMapper::localize_only(bool only) {
   const bool begins = only && !localizes_only();
   localize_only_ = only;
   if (mapper_) mapper_->localize_only(only);
-  if (!begins) return;
-  try {
-    commanded_ = adopt_keyframe(true);
-  } catch (const std::exception&) {
-    begin_map(camera_, *calibration_of(camera_));
-    throw;
-  }
+  if (begins && mapper_) commanded_ = settle(IfItFails::kGiveUpMap);
 }
 
 void CameraMapper::save_maps() {

@@ -304,6 +304,18 @@ TEST(CameraMapper, WhatTheKeyframeUnderWayThrowsIsSaidAndAnotherMapBegins) {
   EXPECT_GT(mapper.statistics().keyframes, 2) << "the first two are of its start";
 }
 
+TEST(CameraMapper, AtTheEndAKeyframeThatFailsCostsItselfAndNotTheMap) {
+  const SyntheticStream stream;
+  CameraMapper mapper(ServerConfig{}, beside([] { throw std::logic_error("a fault on purpose"); }));
+  int next = 0;
+  map_until_beside(mapper, stream, next);
+  ASSERT_TRUE(mapper.maps_beside());
+  const std::int64_t keyframes = mapper.statistics().keyframes;
+  ASSERT_GT(keyframes, 1);
+  EXPECT_THROW(mapper.adopt_keyframe(true), std::runtime_error);
+  EXPECT_EQ(mapper.statistics().keyframes, keyframes);
+}
+
 TEST(CameraMapper, ImagesTooSmallForFeaturesAreRefused) {
   ServerConfig config;
   config.calibration = synthetic_camera();
