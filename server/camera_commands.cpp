@@ -123,13 +123,13 @@ CommandOutcome CameraCommands::set_scale(double metres_per_unit, double sigma) {
 }
 
 CommandOutcome CameraCommands::save(const std::string& name) {
-  const CameraMapper::Taken taken = mapper_.save_map(name.empty() ? kUnnamed : name);
+  const Taken taken = mapper_.save_map(name.empty() ? kUnnamed : name);
   if (taken.reason != Reason::kNone) return CommandOutcome::refuse(taken.reason, taken.detail);
   return {reply_t::RESULT_OK, Reason::kNone, "the map is on the disk", {{"file", taken.detail}}};
 }
 
 CommandOutcome CameraCommands::load(const std::string& name) {
-  const CameraMapper::Taken taken = mapper_.load_map(name.empty() ? kUnnamed : name);
+  const Taken taken = mapper_.load_map(name.empty() ? kUnnamed : name);
   if (taken.reason != Reason::kNone) return CommandOutcome::refuse(taken.reason, taken.detail);
   board_.note_new_map();
   board_.note_resumed(mapper_.map_id(), mapper_.statistics());

@@ -158,7 +158,7 @@ void CameraLane::take_message(const Received& message) {
 }
 
 void CameraLane::take_calibration(const Received& message) {
-  const CameraMapper::Taken taken = mapper_.take_calibration(message.channel.camera, message.bytes);
+  const Taken taken = mapper_.take_calibration(message.channel.camera, message.bytes);
   if (taken.reason != Reason::kNone) board_.note_reason(taken.reason, taken.detail);
   resume();
 }
@@ -173,7 +173,7 @@ void CameraLane::resume() {
 }
 
 void CameraLane::tell_refused_files() {
-  for (const CameraMapper::Taken& file : mapper_.take_refused_files()) {
+  for (const Taken& file : mapper_.take_refused_files()) {
     board_.note_reason(file.reason, file.detail);
     tell_changes();
   }

@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "convert/camera_message.h"
 #include "convert/feature_message.h"
 #include "features/front_end.h"
 #include "frame_check.h"
@@ -13,9 +12,6 @@
 
 namespace eifmap {
 namespace {
-
-// Calibrations kept while it is open which camera is mapped.
-constexpr std::size_t kMaxCameras = 64;
 
 FrameResult rejected(Reason reason, std::string detail) {
   FrameResult result;
@@ -51,77 +47,17 @@ CameraMapper::CameraMapper(const ServerConfig& config)
 CameraMapper::CameraMapper(const ServerConfig& config, Handover handover)
     : config_(checked(config)),
       extractor_(config.features),
+      calibrations_(config.calibration, config.hfov_deg),
       camera_(config.camera),
       localize_only_(config.mapper.localize_only),
       measurements_(config.mapper.measurement.max_waiting) {
   if (handover.is_beside()) keyframes_.emplace(std::move(handover));
 }
 
-const Camera* CameraMapper::calibration_of(const std::string& camera) const {
-  if (config_.calibration) return &*config_.calibration;
-  const auto found = calibrations_.find(camera);
-  return found == calibrations_.end() ? nullptr : &found->second;
-}
-
-CameraMapper::Taken CameraMapper::take_calibration(const std::string& camera, Bytes bytes) {
-  const Decoded<NamedCamera> decoded = decode_camera(bytes);
-  if (!decoded.ok()) return {decoded.reason, decoded.detail};
-  const Camera& calibration = decoded.value.camera;
-  if (std::string problem = camera_problem(decoded.value.name, camera); !problem.empty())
-    return {Reason::kMalformedMessage, std::move(problem)};
-  const Camera* known = calibration_of(camera);
-  if (known && known->id() == calibration.id()) return {};
-  if (config_.calibration)
-    return {Reason::kCalibrationMismatch,
-            "the configuration's calibration is another, and is used"};
-  if (!known && calibrations_.size() >= kMaxCameras)
-    return {Reason::kBadCalibration, "calibrations of too many cameras"};
-  if (known && mapper_ && camera == camera_) {
-    pending_[camera] = calibration;  // until a frame belongs to it
-  } else {
-    const bool was_guessed = guessed_.erase(camera) > 0;
-    if (known && !was_guessed) pending_[camera] = *known;
-    calibrations_[camera] = calibration;
-  }
-  return {};
-}
-
-// Where nobody says more: from the size of the first frame.
-void CameraMapper::guess_calibration(const Channel& channel, Bytes bytes) {
-  int width = 0, height = 0;
-  if (channel.kind == ChannelKind::kImage) {
-    const Decoded<ImageMessage> image = decode_image(bytes);
-    if (image.ok() && image.value.calibration_id == 0)
-      width = image.value.width, height = image.value.height;
-  } else {
-    const Decoded<FeatureFrame> frame = decode_features(bytes);
-    if (frame.ok() && frame.value.calibration_id == 0)
-      width = frame.value.width, height = frame.value.height;
-  }
-  if (width == 0 || !size_problem(width, height).empty()) return;
-  if (calibrations_.size() >= kMaxCameras) return;
-  calibrations_[channel.camera] = camera_of_view(width, height, config_.hfov_deg);
-  guessed_.insert(channel.camera);
-}
-
-// The one known, or the pending one when the frame can only belong to that.
-const Camera& CameraMapper::calibration_for(const std::string& camera, std::int64_t id, int width,
-                                            int height, const Camera& known) const {
-  const auto found = pending_.find(camera);
-  if (found == pending_.end() || id == known.id()) return known;
-  const Camera& pending = found->second;
-  if (id != 0) return id == pending.id() ? pending : known;
-  const bool fits_known =
-      width == known.width && height == known.height && !guessed_.contains(camera);
-  const bool fits_pending = width == pending.width && height == pending.height;
-  return fits_pending && !fits_known ? pending : known;
-}
-
-// A good frame of the pending calibration has come: it is the one in use from now on.
+// A good frame of the calibration that waited has come.
 void CameraMapper::change_calibration(const std::string& camera) {
-  std::swap(calibrations_.at(camera), pending_.at(camera));
-  if (guessed_.erase(camera) > 0) pending_.erase(camera);
-  if (mapper_) begin_map(camera, calibrations_.at(camera));
+  calibrations_.change(camera);
+  if (mapper_) begin_map(camera, *calibrations_.of(camera));
 }
 
 void CameraMapper::begin_map(const std::string& camera, const Camera& calibration, bool stored) {
@@ -143,20 +79,20 @@ void CameraMapper::begin_map(const std::string& camera, const Camera& calibratio
 CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes bytes,
                                               std::int64_t received_us) {
   received_us_ = received_us;
-  const bool to_be_guessed = !calibration_of(channel.camera) && config_.hfov_deg > 0;
-  if (to_be_guessed) guess_calibration(channel, bytes);
-  const Camera* camera = calibration_of(channel.camera);
+  const bool is_guess = calibrations_.guess(channel, bytes);
+  const Camera* camera = calibrations_.of(channel.camera);
   if (!camera) return {rejected(Reason::kNoCalibration, "camera " + channel.camera), {}, ""};
   timer_.begin_frame();
   Decoded<FeatureFrame> frame;
   try {
-    frame = read_frame(channel, bytes, *camera);
+    frame = read_frame(channel, bytes);
   } catch (const std::exception& error) {
     frame = Decoded<FeatureFrame>::refuse(Reason::kInternalError, error.what());
   }
   Mapped mapped;
   if (frame.ok() && frame.value.calibration_id != camera->id()) {
-    if (const FrameCheck check = check_frame(frame.value, pending_.at(channel.camera)); !check.ok())
+    if (const FrameCheck check = check_frame(frame.value, calibrations_.waiting(channel.camera));
+        !check.ok())
       frame = Decoded<FeatureFrame>::refuse(check.reason, check.detail);
   }
   if (frame.ok() && frame.value.calibration_id != camera->id()) {
@@ -169,36 +105,32 @@ CameraMapper::Mapped CameraMapper::take_frame(const Channel& channel, Bytes byte
     map(frame.value, mapped);
   else
     mapped.result = rejected(frame.reason, std::move(frame.detail));
-  // The size of a bad frame says nothing.
-  if (!frame.ok() && to_be_guessed && guessed_.erase(channel.camera) > 0)
-    calibrations_.erase(channel.camera);
+  if (!frame.ok() && is_guess) calibrations_.withdraw_guess(channel.camera);
   if (keyframes_) timer_.add("keyframe", keyframes_->take_busy_ms());
   timer_.end_frame(record_.has_value());
   if (record_) record_->add(mapped.result);
   return mapped;
 }
 
-// The frame names the calibration that it belongs to: the known one or the pending one.
-Decoded<FeatureFrame> CameraMapper::read_frame(const Channel& channel, Bytes bytes,
-                                               const Camera& known) {
+// The frame names the calibration that it belongs to: the one in use or the one that waits.
+Decoded<FeatureFrame> CameraMapper::read_frame(const Channel& channel, Bytes bytes) {
   using Result = Decoded<FeatureFrame>;
-  if (channel.kind == ChannelKind::kImage) return read_image(channel, bytes, known);
+  if (channel.kind == ChannelKind::kImage) return read_image(channel, bytes);
   const TimedStep step(timer_, "decode");
   Result frame = decode_features(bytes);
   if (!frame.ok()) return frame;
   note_arrival(frame.value.publisher, frame.value.seq, frame.value.time_us);
   if (std::string problem = camera_problem(frame.value.camera, channel.camera); !problem.empty())
     return Result::refuse(Reason::kMalformedMessage, std::move(problem));
-  const Camera& camera = calibration_for(channel.camera, frame.value.calibration_id,
-                                         frame.value.width, frame.value.height, known);
+  const Camera& camera = calibrations_.of_frame(channel.camera, frame.value.calibration_id,
+                                                frame.value.width, frame.value.height);
   if (std::string problem = id_problem(frame.value.calibration_id, camera); !problem.empty())
     return Result::refuse(Reason::kCalibrationMismatch, std::move(problem));
   frame.value.calibration_id = camera.id();
   return frame;
 }
 
-Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes bytes,
-                                               const Camera& known) {
+Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes bytes) {
   using Result = Decoded<FeatureFrame>;
   Decoded<ImageMessage> image;
   DecodedImage pixels;
@@ -208,8 +140,8 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
     image = decode_image(bytes);
     if (!image.ok()) return Result::refuse(image.reason, std::move(image.detail));
     note_arrival(image.value.publisher, image.value.seq, image.value.time_us);
-    camera = &calibration_for(channel.camera, image.value.calibration_id, image.value.width,
-                              image.value.height, known);
+    camera = &calibrations_.of_frame(channel.camera, image.value.calibration_id, image.value.width,
+                                     image.value.height);
     if (std::string problem = id_problem(image.value.calibration_id, *camera); !problem.empty())
       return Result::refuse(Reason::kCalibrationMismatch, std::move(problem));
     pixels = decode_pixels(image.value, *camera, config_.gray16_bits);
@@ -219,7 +151,7 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
   const FrameHeader header{image.value.time_us, image.value.publisher, image.value.seq,
                            channel.camera};
   Result frame;
-  if (is_late(image.value, *camera, known)) {
+  if (is_late(image.value, channel, *camera)) {
     frame.value = frame_without_features(extractor_, *camera, header);
     return frame;
   }
@@ -229,9 +161,10 @@ Decoded<FeatureFrame> CameraMapper::read_image(const Channel& channel, Bytes byt
 }
 
 // It will be refused, and must not leave its traces in the extractor, which follows the camera.
-bool CameraMapper::is_late(const ImageMessage& image, const Camera& camera,
-                           const Camera& known) const {
-  return mapper_ && camera.id() == known.id() && mapper_->is_late(image.publisher, image.time_us);
+bool CameraMapper::is_late(const ImageMessage& image, const Channel& channel,
+                           const Camera& camera) const {
+  return mapper_ && camera.id() == calibrations_.of(channel.camera)->id() &&
+         mapper_->is_late(image.publisher, image.time_us);
 }
 
 void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
@@ -259,7 +192,7 @@ void CameraMapper::map(const FeatureFrame& frame, Mapped& mapped) {
 // After a fault of ours, and who knows what was half done: the map is no longer to be trusted, the
 // next frame begins another.
 void CameraMapper::give_up_map() {
-  begin_map(camera_, *calibration_of(camera_));
+  begin_map(camera_, *calibrations_.of(camera_));
 }
 
 // What is refused now is counted by the mapper.
@@ -286,7 +219,7 @@ void CameraMapper::note_published(std::int64_t map_id, std::int64_t epoch) {
 
 bool CameraMapper::reset() {
   if (!mapper_) return false;
-  begin_map(camera_, *calibration_of(camera_), false);
+  begin_map(camera_, *calibrations_.of(camera_), false);
   extractor_ = FeatureExtractor(config_.features);
   was_reset_ = true;
   return true;
@@ -322,7 +255,7 @@ CameraMapper::SaidScale CameraMapper::say_scale(double metres_per_unit, double s
   m.kind = MeasurementKind::kDistance;
   m.sigma = sigma * m.length;
   said.measurement.camera = camera_;
-  MeasurementIntake::Taken taken = measurements_.take_own(said.measurement);
+  Taken taken = measurements_.take_own(said.measurement);
   said.reason = taken.reason;
   said.detail = std::move(taken.detail);
   return said;

@@ -5,9 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 
@@ -15,6 +13,7 @@
 #include "convert/relative_message.h"
 #include "features/extractor.h"
 #include "mapper.h"
+#include "server/calibration_book.h"
 #include "server/config.h"
 #include "server/keyframe_worker.h"
 #include "server/map_saver.h"
@@ -22,6 +21,7 @@
 #include "server/run_record.h"
 #include "server/step_timer.h"
 #include "server/stream_book.h"
+#include "server/taken.h"
 #include "wire/bytes.h"
 #include "wire/channel.h"
 
@@ -36,18 +36,16 @@ class CameraMapper {
   CameraMapper(const CameraMapper&) = delete;
   CameraMapper& operator=(const CameraMapper&) = delete;
 
-  struct Taken {
-    Reason reason = Reason::kNone;
-    std::string detail;
-  };
   // A calibration message of this camera. kNone: taken, or known already. While the camera is being
   // mapped, another calibration than the one in use waits for the first frame that belongs to it:
   // that names its id or, naming none, has the size of only that one. Else refused, and nothing has
   // changed.
-  Taken take_calibration(const std::string& camera, Bytes bytes);
+  Taken take_calibration(const std::string& camera, Bytes bytes) {
+    return calibrations_.take(camera, bytes, mapper_ && camera == camera_);
+  }
 
   // An absolute measurement of this camera: the mapper is given it before its next frame.
-  MeasurementIntake::Taken take_measurement(const std::string& camera, Bytes bytes) {
+  Taken take_measurement(const std::string& camera, Bytes bytes) {
     return measurements_.take(camera, bytes);
   }
   MeasurementIntake::Counts measurements() const { return measurements_.counts(); }
@@ -130,7 +128,7 @@ class CameraMapper {
   MapperStatistics statistics() const;
   const StreamBook& streams() const { return streams_; }
   // Of the camera that is mapped: guessed from hfov_deg, and not replaced by a message since.
-  bool calibration_is_guessed() const { return guessed_.contains(camera_); }
+  bool calibration_is_guessed() const { return calibrations_.is_guessed(camera_); }
 
   // Before the first frame: write_results() will not be asked for.
   void keep_no_results() { results_ = Results::kNone; }
@@ -140,13 +138,10 @@ class CameraMapper {
   std::string write_results(const std::filesystem::path& folder) const;
 
  private:
-  const Camera* calibration_of(const std::string& camera) const;
-  const Camera& calibration_for(const std::string& camera, std::int64_t id, int width, int height,
-                                const Camera& known) const;
   void change_calibration(const std::string& camera);
-  Decoded<FeatureFrame> read_frame(const Channel& channel, Bytes bytes, const Camera& known);
-  Decoded<FeatureFrame> read_image(const Channel& channel, Bytes bytes, const Camera& known);
-  bool is_late(const ImageMessage& image, const Camera& camera, const Camera& known) const;
+  Decoded<FeatureFrame> read_frame(const Channel& channel, Bytes bytes);
+  Decoded<FeatureFrame> read_image(const Channel& channel, Bytes bytes);
+  bool is_late(const ImageMessage& image, const Channel& channel, const Camera& camera) const;
   void map(const FeatureFrame& frame, Mapped& mapped);
   void give_up_map();
   // Waits for the keyframe's job that is under way, if any. Throws what that threw.
@@ -160,12 +155,10 @@ class CameraMapper {
   MapperSnapshot stored_maps(const Camera& calibration, bool stored);
   std::filesystem::path saved_file(const std::string& name, Taken& problem) const;
   void note_arrival(std::int64_t publisher, std::int64_t seq, std::int64_t time_us);
-  void guess_calibration(const Channel& channel, Bytes bytes);
 
   const ServerConfig config_;
   FeatureExtractor extractor_;
-  std::map<std::string, Camera> calibrations_;  // in use, by camera, from messages
-  std::map<std::string, Camera> pending_;       // the last one heard that is not in use
+  CalibrationBook calibrations_;
   std::string camera_;
   std::optional<KeyframeWorker> keyframes_;  // none: the mapper does it at once
   std::optional<Mapper> mapper_;
@@ -178,7 +171,6 @@ class CameraMapper {
   std::int64_t largest_map_id_ = 0, largest_epoch_ = -1;  // published so far
   // Published last. Updates are numbered through all maps.
   std::int64_t map_id_ = 0, map_epoch_ = 0, map_seq_ = 0;
-  std::set<std::string> guessed_;  // cameras whose calibration in use is a guess
   StreamBook streams_;
   MeasurementIntake measurements_;
   std::int64_t received_us_ = 0, dropped_ = 0;  // of the frame in work, before it

@@ -34,7 +34,7 @@ MapperSnapshot CameraMapper::stored_maps(const Camera& calibration, bool stored)
 
 std::optional<MapUpdate> CameraMapper::resume() {
   if (config_.maps_folder.empty() || mapper_ || camera_.empty()) return std::nullopt;
-  const Camera* calibration = calibration_of(camera_);
+  const Camera* calibration = calibrations_.of(camera_);
   if (!calibration) return std::nullopt;
   begin_map(camera_, *calibration);
   if (mapper_->statistics().keyframes > 0) return next_update();
@@ -56,7 +56,7 @@ std::filesystem::path CameraMapper::saved_file(const std::string& name, Taken& p
   return std::filesystem::path(config_.maps_folder) / camera_ / "saved" / (name + ".eifmap");
 }
 
-CameraMapper::Taken CameraMapper::save_map(const std::string& name) {
+Taken CameraMapper::save_map(const std::string& name) {
   Taken taken;
   const std::filesystem::path file = saved_file(name, taken);
   if (taken.reason != Reason::kNone) return taken;
@@ -66,16 +66,16 @@ CameraMapper::Taken CameraMapper::save_map(const std::string& name) {
   std::filesystem::create_directories(file.parent_path(), error);
   if (error) return {Reason::kMapNotSaved, file.parent_path().string() + ": " + error.message()};
   std::string problem = MapFile(file).save(
-      *snapshot.in_use, {*calibration_of(camera_), map_seq_, snapshot.last_map_id, {}});
+      *snapshot.in_use, {*calibrations_.of(camera_), map_seq_, snapshot.last_map_id, {}});
   if (!problem.empty()) return {Reason::kMapNotSaved, std::move(problem)};
   return {Reason::kNone, file.string()};
 }
 
-CameraMapper::Taken CameraMapper::load_map(const std::string& name) {
+Taken CameraMapper::load_map(const std::string& name) {
   Taken taken;
   const std::filesystem::path file = saved_file(name, taken);
   if (taken.reason != Reason::kNone) return taken;
-  const Camera* calibration = calibration_of(camera_);
+  const Camera* calibration = calibrations_.of(camera_);
   if (!calibration) return {Reason::kNoCalibration, "camera " + camera_};
   LoadedMap loaded = eifmap::load_map(file, config_.mapper, calibration);
   if (!loaded.ok()) return {loaded.reason, file.string() + ": " + loaded.detail};
@@ -99,7 +99,7 @@ void CameraMapper::localize_only(bool only) {
 
 void CameraMapper::save_maps() {
   if (saver_ && mapper_ && map_seq_ > safe_seq_)
-    saver_->save(mapper_->snapshot(), *calibration_of(camera_), map_seq_);
+    saver_->save(mapper_->snapshot(), *calibrations_.of(camera_), map_seq_);
 }
 
 std::optional<MapSaver::State> CameraMapper::saved() const {

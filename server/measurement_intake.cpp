@@ -22,13 +22,13 @@ bool MeasurementIntake::is_new(const AbsoluteMeasurement& measurement) {
   return books_.front().second.note({publisher, measurement.id.seq}, 0);
 }
 
-MeasurementIntake::Taken MeasurementIntake::take_own(const NamedMeasurement& measurement) {
+Taken MeasurementIntake::take_own(const NamedMeasurement& measurement) {
   own_publisher_ = measurement.measurement.id.publisher;
   ++counts_.arrived;
   return take(measurement);
 }
 
-MeasurementIntake::Taken MeasurementIntake::take(const std::string& camera, Bytes bytes) {
+Taken MeasurementIntake::take(const std::string& camera, Bytes bytes) {
   Decoded<NamedMeasurement> decoded = decode_measurement(bytes);
   if (decoded.ok() && own_publisher_ != 0 &&
       decoded.value.measurement.id.publisher == own_publisher_)
@@ -45,7 +45,7 @@ MeasurementIntake::Taken MeasurementIntake::take(const std::string& camera, Byte
   return take(std::move(decoded.value));
 }
 
-MeasurementIntake::Taken MeasurementIntake::take(NamedMeasurement named) {
+Taken MeasurementIntake::take(NamedMeasurement named) {
   const AbsoluteMeasurement& m = named.measurement;
   Taken taken;
   if (!is_new(m))

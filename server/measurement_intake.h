@@ -10,6 +10,7 @@
 #include "absolute_measurement.h"
 #include "convert/measurement_message.h"
 #include "server/stream_book.h"
+#include "server/taken.h"
 #include "wire/bytes.h"
 
 namespace eifmap {
@@ -19,10 +20,6 @@ class MeasurementIntake {
   // More than `max_waiting` never wait.
   explicit MeasurementIntake(int max_waiting) : max_waiting_(max_waiting) {}
 
-  struct Taken {
-    Reason reason = Reason::kNone;
-    std::string detail;
-  };
   // A message of a camera's measurement channel. Refused besides what decode_measurement() refuses:
   // another camera's (kMalformedMessage), one that has come already (kMeasurementRepeated), too
   // many (kTooManyMeasurements).
