@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <climits>
-#include <cstdio>
 #include <fstream>
 
 #include "convert/earth_fields.h"
 #include "convert/scale_fields.h"
 #include "names.h"
 #include "wire/clock.h"
-#include "wire/limits.h"
 
 namespace eifmap {
 namespace {
@@ -28,96 +26,6 @@ std::int64_t resident_bytes() {
   std::int64_t total = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> total >> resident;
   return resident * sysconf(_SC_PAGESIZE);
-}
-
-diagnostic_t diagnostic(const std::string& key, std::string value) {
-  diagnostic_t entry;
-  entry.key = key;
-  entry.value = std::move(value);
-  return entry;
-}
-
-diagnostic_t diagnostic(const std::string& key, std::int64_t value) {
-  return diagnostic(key, std::to_string(value));
-}
-
-diagnostic_t diagnostic(const std::string& key, double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return diagnostic(key, std::string(text.data()));
-}
-
-// Of each kind of measurement, next to what chance may do to it.
-void describe_nis(status_t& status, const MapperStatistics& statistics) {
-  for (const auto& [kind, nis] : statistics.nis) {
-    if (nis.count == 0) continue;
-    const std::string prefix = "nis." + std::string(name(kind));
-    status.diagnostics.push_back(diagnostic(prefix + ".ratio", nis.ratio));
-    status.diagnostics.push_back(diagnostic(prefix + ".sigma", nis.sigma));
-    status.diagnostics.push_back(diagnostic(prefix + ".count", std::int64_t{nis.count}));
-    status.diagnostics.push_back(diagnostic(prefix + ".beyond", std::int64_t{nis.beyond}));
-  }
-}
-
-// The publisher of now as publisher.*, the few before it as publisher.before_1.* and so on. Of
-// those forgotten, the missing frames stay in sequence_gaps.
-void describe_streams(status_t& status, const StreamBook& streams) {
-  status.diagnostics.push_back(diagnostic("publisher_restarts", streams.restarts()));
-  for (std::size_t i = 0; i < streams.streams().size(); ++i) {
-    const StreamCounts& counts = streams.streams()[i];
-    const std::string prefix =
-        i == 0 ? "publisher." : "publisher.before_" + std::to_string(i) + ".";
-    const auto say = [&](const char* what, std::int64_t value) {
-      status.diagnostics.push_back(diagnostic(prefix + what, value));
-    };
-    say("id", counts.publisher);
-    say("frames", counts.frames);
-    say("missing", counts.missing);
-    say("reordered", counts.reordered);
-    say("duplicates", counts.duplicates);
-    if (counts.clock_offset_us) say("clock_offset_us", *counts.clock_offset_us);
-  }
-}
-
-// As the network has them and as the mapper made use of them.
-void describe_measurements(status_t& status, const MeasurementIntake::Counts& intake,
-                           std::int64_t dropped, const MapperStatistics& statistics) {
-  if (intake.arrived + dropped == 0) return;
-  const auto say = [&](const std::string& what, std::int64_t value) {
-    status.diagnostics.push_back(diagnostic("measurements." + what, value));
-  };
-  MeasurementCounts counts = intake.refused;
-  counts += statistics.measurements;
-  say("arrived", intake.arrived);
-  say("missing", intake.missing);
-  say("dropped", dropped);
-  say("waiting", statistics.measurements_waiting);
-  for (const auto& [kind, count] : counts.kinds) {
-    say(std::string(name(kind)) + ".used", count.used);
-    say(std::string(name(kind)) + ".refused", count.refused);
-    say(std::string(name(kind)) + ".dropped", count.dropped);
-  }
-  for (const auto& [reason, count] : counts.refusals)
-    say("refused." + std::string(describe(reason).name), count);
-}
-
-std::string clipped(std::string text) {
-  if (text.size() > kMaxText) text.resize(kMaxText);
-  return text;
-}
-
-void describe_commands(status_t& status, const CommandDesk::Counts& commands) {
-  if (commands.done + commands.pings == 0 && commands.refused.empty()) return;
-  const auto say = [&](const std::string& what, std::int64_t value) {
-    status.diagnostics.push_back(diagnostic("commands." + what, value));
-  };
-  say("done", commands.done);
-  say("pings", commands.pings);
-  say("repeated", commands.repeated);
-  for (const auto& [reason, count] : commands.refused)
-    say("refused." + std::string(describe(reason).name), count);
-  if (!commands.last.empty())
-    status.diagnostics.push_back(diagnostic("commands.last", clipped(commands.last)));
 }
 
 std::int8_t level_of(const FrameResult& last) {
@@ -265,13 +173,39 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status_t status = identity_;
   status.utime = now_us();
   status.camera = camera;
+  status.rss_bytes = resident_bytes();
+  describe_state(status, camera);
+  describe_map(status, counts, statistics);
+  describe_traffic(status, counts, streams);
+  describe_last_frame(status);
+  Diagnostics diagnostics(status);
+  describe_mapping(statistics, diagnostics);
+  describe_own(counts, diagnostics);
+  describe_commands(counts.commands, diagnostics);
+  describe_requests(counts.maps, diagnostics);
+  describe_streams(streams, diagnostics);
+  describe_measurements(counts.measurements, counts.measurements_dropped, statistics, diagnostics);
+  describe_parts(counts.parts, diagnostics);
+  return status;
+}
+
+void StatusBoard::describe_map(status_t& status, const Counts& counts,
+                               const MapperStatistics& statistics) const {
   status.map_id = last_.map_id;
   status.map_epoch = last_.map_epoch;
   status.map_seq = counts.map_seq;
   status.map_digest = counts.map_digest;
+  status.map_is_safe = saved_ && saved_->is_safe;
+  status.num_landmarks = static_cast<std::int32_t>(statistics.landmarks);
+  status.num_keyframes = static_cast<std::int32_t>(statistics.keyframes);
+  const auto sights = statistics.nis.find(InnovationKind::kSight);
+  status.nis_ratio = sights == statistics.nis.end() ? 0 : static_cast<float>(sights->second.ratio);
   write_scale(statistics.scale, status);
   write_earth(statistics.earth, status);
-  describe_state(status, camera);
+}
+
+void StatusBoard::describe_traffic(status_t& status, const Counts& counts,
+                                   const StreamBook& streams) const {
   status.frames_received = counts.frames_received + counts.foreign_frames;
   status.frames_processed = processed_;
   status.frames_dropped = counts.frames_dropped;
@@ -279,70 +213,31 @@ status_t StatusBoard::make(const std::string& camera, const Counts& counts,
   status.sequence_gaps = streams.missing();
   status.bad_messages = malformed_ + counts.bad_channels;
   status.parts_sent = parts_sent_;
-  status.last_frame_utime = last_.time_us;
   status.input_hz = input_hz_;
   status.pose_hz = pose_hz_;
   status.latency_ms_p50 = latency_ms(0.5);
   status.latency_ms_p99 = latency_ms(0.99);
-  status.num_landmarks = static_cast<std::int32_t>(statistics.landmarks);
-  status.num_keyframes = static_cast<std::int32_t>(statistics.keyframes);
+}
+
+void StatusBoard::describe_last_frame(status_t& status) const {
+  status.last_frame_utime = last_.time_us;
   status.num_matches = last_.num_matches;
   status.num_inliers = last_.num_inliers;
-  const auto sights = statistics.nis.find(InnovationKind::kSight);
-  status.nis_ratio = sights == statistics.nis.end() ? 0 : static_cast<float>(sights->second.ratio);
-  status.rss_bytes = resident_bytes();
-  for (const auto& [source, count] : statistics.sources)
-    status.diagnostics.push_back(diagnostic("poses." + std::string(name(source)), count));
-  for (const auto& [reason, count] : statistics.reasons)
-    status.diagnostics.push_back(
-        diagnostic("frames." + std::string(eifmap::describe(reason).name), count));
-  for (const auto& [reason, count] : rejections_)
-    status.diagnostics.push_back(
-        diagnostic("rejected." + std::string(eifmap::describe(reason).name), count));
-  if (paused_frames_ > 0) status.diagnostics.push_back(diagnostic("frames.PAUSED", paused_frames_));
-  describe_commands(status, counts.commands);
-  describe_nis(status, statistics);
-  status.diagnostics.push_back(diagnostic("bound.removed_keyframes", statistics.removed_keyframes));
-  status.diagnostics.push_back(diagnostic("bound.removed_landmarks", statistics.removed_landmarks));
-  status.diagnostics.push_back(diagnostic("loops.closed", statistics.loops.closed));
-  status.diagnostics.push_back(diagnostic("loops.joined", statistics.loops.joined));
-  for (const auto& [reason, count] : statistics.loops.refused)
-    status.diagnostics.push_back(
-        diagnostic("loops.refused." + std::string(eifmap::describe(reason).name), count));
-  status.diagnostics.push_back(diagnostic("submaps.kept", statistics.submaps.kept));
-  status.diagnostics.push_back(diagnostic("submaps.returned", statistics.submaps.returned));
-  status.diagnostics.push_back(diagnostic("submaps.merged", statistics.submaps.merged));
-  for (const auto& [reason, count] : statistics.submaps.refused)
-    status.diagnostics.push_back(
-        diagnostic("submaps.refused." + std::string(eifmap::describe(reason).name), count));
-  status.map_is_safe = saved_ && saved_->is_safe;
+}
+
+// What is counted here, and what others count one by one.
+void StatusBoard::describe_own(const Counts& counts, Diagnostics& out) const {
+  out.add("rejected.", rejections_);
+  if (paused_frames_ > 0) out.add("frames.PAUSED", paused_frames_);
   if (saved_) {
-    status.diagnostics.push_back(diagnostic("maps.saved", saved_->saved));
-    status.diagnostics.push_back(diagnostic("maps.not_saved", saved_->failures));
+    out.add("maps.saved", saved_->saved);
+    out.add("maps.not_saved", saved_->failures);
   }
-  status.diagnostics.push_back(diagnostic("moving.now", std::int64_t{last_.num_moving}));
-  status.diagnostics.push_back(diagnostic("moving.most", statistics.most_moving));
-  status.diagnostics.push_back(diagnostic("moving.frames", statistics.frames_with_moving));
-  status.diagnostics.push_back(diagnostic("send_failures", send_failures_));
-  status.diagnostics.push_back(
-      diagnostic("parts_dropped", counts.maps.parts_dropped + parts_left_));
-  status.diagnostics.push_back(diagnostic("map_requests", counts.maps.requests));
-  status.diagnostics.push_back(diagnostic("map_parts_again", counts.maps.parts_again));
-  status.diagnostics.push_back(diagnostic("map_whole_again", counts.maps.whole_maps));
-  status.diagnostics.push_back(diagnostic("internal_errors", faults_));
-  describe_streams(status, streams);
-  describe_measurements(status, counts.measurements, counts.measurements_dropped, statistics);
-  status.diagnostics.push_back(
-      diagnostic("calibration_guessed", std::int64_t{counts.calibration_is_guessed}));
-  const FeatureAssembler::Counts& parts = counts.parts;
-  if (parts.whole + parts.incomplete > 0) {
-    status.diagnostics.push_back(diagnostic("split_frames.whole", parts.whole));
-    status.diagnostics.push_back(diagnostic("split_frames.incomplete", parts.incomplete));
-    status.diagnostics.push_back(diagnostic("split_frames.missing_parts", parts.missing_parts));
-    status.diagnostics.push_back(diagnostic("split_frames.late_parts", parts.late_parts));
-  }
-  status.num_diagnostics = static_cast<std::int32_t>(status.diagnostics.size());
-  return status;
+  out.add("moving.now", std::int64_t{last_.num_moving});
+  out.add("send_failures", send_failures_);
+  out.add("parts_dropped", counts.maps.parts_dropped + parts_left_);
+  out.add("internal_errors", faults_);
+  out.add("calibration_guessed", std::int64_t{counts.calibration_is_guessed});
 }
 
 }  // namespace eifmap

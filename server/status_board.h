@@ -13,6 +13,7 @@
 #include "convert/feature_parts.h"
 #include "map_view.h"
 #include "server/command_desk.h"
+#include "server/diagnostics.h"
 #include "server/map_publisher.h"
 #include "server/map_saver.h"
 #include "server/measurement_intake.h"
@@ -71,6 +72,11 @@ class StatusBoard {
  private:
   std::int8_t state() const;
   void describe_state(status_t& status, const std::string& camera) const;
+  void describe_map(status_t& status, const Counts& counts,
+                    const MapperStatistics& statistics) const;
+  void describe_traffic(status_t& status, const Counts& counts, const StreamBook& streams) const;
+  void describe_last_frame(status_t& status) const;
+  void describe_own(const Counts& counts, Diagnostics& out) const;
   void measure_rates(std::int64_t received, TimePoint now);
   float latency_ms(double quantile) const;
 
