@@ -2,6 +2,7 @@
 recording is heard once, then sent again and again under as many names as wanted, at a steady rate
 and stamped with the moment when it leaves. Four extractors would take the machine that is measured.
 """
+import itertools
 import re
 import select
 import socket
@@ -55,10 +56,12 @@ class Recording:
 
 
 class Camera:
-    """Goes through the recording in this order again and again."""
+    """Goes through other recordings once, and through this one in this order again and again."""
 
-    def __init__(self, name, recording, publisher, order):
-        self.name, self.recording, self.publisher, self.order = name, recording, publisher, order
+    def __init__(self, name, recording, publisher, order, before=()):
+        self.name, self.publisher, self.calibration = name, publisher, recording.calibration
+        self.frames = itertools.chain(*(other.frames for other in before),
+                                      itertools.cycle([recording.frames[i] for i in order]))
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.sent_us = []  # by number
 
@@ -67,14 +70,14 @@ class Camera:
         self.socket.sendto(b"LC02\0\0\0\0" + channel + b"\0" + message, (GROUP, PORT))
 
     def send_calibration(self):
-        message = self.recording.calibration[:]
+        message = self.calibration[:]
         struct.pack_into(">qi2s", message, FINGERPRINT, now_us(), 2, self.name.encode() + b"\0")
         self.send("calibration", message)
 
     def send_frame(self):
         seq = len(self.sent_us)
         self.sent_us.append(now_us())
-        for message in self.recording.frames[self.order[seq % len(self.order)]]:
+        for message in next(self.frames):
             struct.pack_into(">qqq", message, FINGERPRINT, self.sent_us[-1], self.publisher, seq)
             struct.pack_into(">i2s", message, PART_AT + 4, 2, self.name.encode() + b"\0")
             self.send("features", message)
@@ -93,8 +96,8 @@ def order_of(i, n):
 class Cameras:
     """All in a row, the pauses between them alike."""
 
-    def __init__(self, names, recording, rate_hz):
-        self.all = [Camera(name, recording, 1000 + i, order_of(i, len(recording.frames)))
+    def __init__(self, names, recording, rate_hz, before=()):
+        self.all = [Camera(name, recording, 1000 + i, order_of(i, len(recording.frames)), before)
                     for i, name in enumerate(names)]
         self.period_s = 1 / rate_hz
 

@@ -12,7 +12,8 @@ What must hold:
 - Every frame is accounted for, exactly: received = sent - sequence gaps, and processed + dropped +
   rejected = received. Frames that lost parts are received, those that lost all are gaps. The last
   one of each camera is sent to an idle server, so that what was lost before it shows as a gap.
-- The server's memory does not grow once maps are at their bound: judged where there are minutes.
+- The server's memory does not grow once maps are at their bound, and as many are kept as may be:
+  judged where there are minutes.
 """
 import argparse
 import json
@@ -27,8 +28,14 @@ from processes import Processes, fail, lines, shared
 CAMERAS = "abcd"
 RATE_HZ = 10
 LOGGERS, STOPPED = 20, 5
-# The least that can be asked for; maps that were left are soon as many as may be kept.
-MAPPER = {"bound": {"max_keyframes": 20, "max_landmarks": 500}, "lost": {"max_kept_maps": 2}}
+# The least that can be asked for.
+KEPT = 2
+MAPPER = {"bound": {"max_keyframes": 20, "max_landmarks": 500}, "lost": {"max_kept_maps": KEPT}}
+# Where each camera was before: as many places as maps are kept, and unlike where it is then. Else it
+# is chance when a camera is lost, and has one map more.
+BEFORE = [["--simulate", world, "--motion", motion, "--max-frames", "80"]
+          for world, motion in (("block", "lap"), ("street", "drive"))]
+assert len(BEFORE) == KEPT
 LONG_S = 120  # from here on there is enough to judge growth and the server's own latencies
 MAX_GROWTH = 1.0  # MB/min
 LATER, LATER_MS = 1.5, 20
@@ -89,7 +96,8 @@ def run(options, folder):
     config.write_text(json.dumps({"mapper": MAPPER}))
     with Processes(folder) as processes:
         recording = Recording(processes, options.client, options.publish)
-        cameras = Cameras(CAMERAS, recording, RATE_HZ)
+        before = [Recording(processes, options.client, what) for what in BEFORE]
+        cameras = Cameras(CAMERAS, recording, RATE_HZ, before)
         server = processes.start("server", options.server, "--maps", folder / "maps", "--config",
                                  config)
         server.wait_for_words("listening on")
@@ -141,10 +149,11 @@ def check_poses(name, loggers, sent, processed):
 
 
 def at_bound_s(statuses, begin_us):
-    """From when on something was taken out of the map for its bound."""
+    """From when on as many maps are kept as may be, and something was taken out of the one in use."""
     for status in statuses:
         said = status["diagnostics"]
-        if int(said["bound.removed_keyframes"]) + int(said["bound.removed_landmarks"]) > 0:
+        removed = int(said["bound.removed_keyframes"]) + int(said["bound.removed_landmarks"])
+        if int(said["submaps.kept"]) == KEPT and removed > 0:
             return (status["utime"] - begin_us) / 1e6
     return float("inf")
 
@@ -223,7 +232,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--server", required=True)
     parser.add_argument("--client", required=True)
-    parser.add_argument("--seconds", type=float, default=24)
+    parser.add_argument("--seconds", type=float, default=120)
     parser.add_argument("--keep", type=pathlib.Path, help="a folder for what was logged")
     parser.add_argument("--publish", required=True, nargs=argparse.REMAINDER)
     options = parser.parse_args()
