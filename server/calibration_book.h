@@ -22,7 +22,8 @@ class CalibrationBook {
   CalibrationBook(const std::optional<Camera>& given, double hfov_deg)
       : given_(given), hfov_deg_(hfov_deg) {}
 
-  // The one in use; null none. It stays where it is, and its value is another one's after change().
+  // The one in use; null none. It stays where it is until withdraw_guess(), and is another one's
+  // value after take() and change().
   const Camera* of(const std::string& camera) const;
 
   // A calibration message of this camera. `is_mapped`: its frames go into a map; then another

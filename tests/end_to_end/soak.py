@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Four cameras on one server whose maps are at their bound, and twenty loggers of which five are
 stopped (SIGSTOP) half-way and stay so. Run it in a private network (support/private_network.sh).
+What is published must have the simulated camera's calibration, as the places before have it.
 
 What must hold:
 - No pose is later for it: the time from a frame's departure to its pose's arrival, by the kernel's

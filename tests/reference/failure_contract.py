@@ -10,6 +10,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGE = ROOT / "server/failure_contract.md"
+STATUS = ["messages/status_t.lcm", "server/status_board.cpp", "server/diagnostics.cpp"]
 COLUMNS = 5  # input, what happens, reason, counter, shown by
 
 
@@ -64,8 +65,7 @@ def main():
     options = parser.parse_args()
     known, programs = gtests(), other_tests(options.build)
     refused, codes = refused_codes()
-    status = (ROOT / "messages/status_t.lcm").read_text() + \
-        (ROOT / "server/status_board.cpp").read_text()
+    status = "".join((ROOT / file).read_text() for file in STATUS)
     problems, said, count = [], set(), 0
     for row in rows():
         count += 1
@@ -76,8 +76,7 @@ def main():
         said.update(quoted(reason))
         problems += [f"{code}: is no reason code" for code in quoted(reason) if code not in codes]
         for name in quoted(counter):
-            last = name.removeprefix("measurements.").removeprefix("split_frames.")
-            if not re.search(rf"\b{re.escape(last.rstrip('.'))}\b", status):
+            if not re.search(rf"\b{re.escape(name.rstrip('.'))}\b", status):
                 problems.append(f"{name}: the status has no such counter")
         tests = quoted(shown)
         if not tests:
