@@ -36,10 +36,8 @@ class CameraMapper {
   CameraMapper(const CameraMapper&) = delete;
   CameraMapper& operator=(const CameraMapper&) = delete;
 
-  // A calibration message of this camera. kNone: taken, or known already. While the camera is being
-  // mapped, another calibration than the one in use waits for the first frame that belongs to it:
-  // that names its id or, naming none, has the size of only that one. Else refused, and nothing has
-  // changed.
+  // A calibration message of this camera: CalibrationBook::take(). While the camera is being
+  // mapped, another one than that in use waits for the first frame that belongs to it.
   Taken take_calibration(const std::string& camera, Bytes bytes) {
     return calibrations_.take(camera, bytes, mapper_ && camera == camera_);
   }

@@ -14,11 +14,6 @@ namespace {
 constexpr double kDefaultSigma = 0.001;  // relative, of a scale that is said
 constexpr double kMostSigma = 0.1, kLeastScale = 1e-6, kMostScale = 1e6;
 
-std::string clipped(std::string text) {
-  if (text.size() > kMaxText) text.resize(kMaxText);
-  return text;
-}
-
 CommandOutcome deny(Reason reason, std::string detail = "") {
   return CommandOutcome::refuse(reason, std::move(detail), reply_t::RESULT_DENIED);
 }

@@ -24,11 +24,6 @@ void describe_nis(const MapperStatistics& statistics, Diagnostics& out) {
 
 }  // namespace
 
-std::string clipped(std::string text) {
-  if (text.size() > kMaxText) text.resize(kMaxText);
-  return text;
-}
-
 void Diagnostics::add(const std::string& key, std::string value) {
   diagnostic_t entry;
   entry.key = key;

@@ -16,9 +16,6 @@
 
 namespace eifmap {
 
-// What the network carries of a text.
-std::string clipped(std::string text);
-
 class Diagnostics {
  public:
   // Appends to those of `status`, which must outlive this.

@@ -54,7 +54,7 @@ class SequenceRun {
   // In this order; each returns "" or what went wrong.
   std::string open(const Note& note);
   std::string begin();
-  std::string map_images(const Progress& progress);
+  std::string map_and_write(const Progress& progress);
 
  private:
   std::string open_decisions_and_measurements();
@@ -64,7 +64,7 @@ class SequenceRun {
   void add(const AbsoluteMeasurement& measurement);
   void take_image(int i);
   FrameResult map_image(int i);
-  std::string finish();
+  std::string write_results();
 
   const SequenceRunOptions& options_;
   std::unique_ptr<ImageSource> images_;
@@ -145,7 +145,7 @@ void SequenceRun::add(const AbsoluteMeasurement& measurement) {
   if (mapper_->add_measurement(measurement) == Reason::kNone) record_.add(measurement);
 }
 
-std::string SequenceRun::map_images(const Progress& progress) {
+std::string SequenceRun::map_and_write(const Progress& progress) {
   const int total = images_taken(images_->size(), options_);
   bool stopped = false;
   for (int n = 0; options_.max_frames == 0 || n < options_.max_frames; ++n) {
@@ -157,7 +157,7 @@ std::string SequenceRun::map_images(const Progress& progress) {
   }
   mapper_->settle();
   progress(record_.frames(), stopped ? total : record_.frames());
-  const std::string problem = finish();
+  const std::string problem = write_results();
   return problem.empty() && !stopped ? replay_.departure() : problem;
 }
 
@@ -199,7 +199,7 @@ FrameResult SequenceRun::map_image(int i) {
   return mapper_->process(frame);
 }
 
-std::string SequenceRun::finish() {
+std::string SequenceRun::write_results() {
   std::string problem = record_.write(options_.output, *mapper_, timer_, options_.sequence);
   if (problem.empty() && !options_.save_map.empty())
     problem = leave_map(options_.save_map, images_->camera(), *mapper_);
@@ -219,7 +219,7 @@ std::string run_sequence(const SequenceRunOptions& options, const Progress& prog
   SequenceRun run(options);
   if (std::string problem = run.open(note); !problem.empty()) return problem;
   if (std::string problem = run.begin(); !problem.empty()) return problem;
-  return run.map_images(progress);
+  return run.map_and_write(progress);
 }
 
 }  // namespace eifmap

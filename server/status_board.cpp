@@ -11,6 +11,7 @@
 #include "convert/scale_fields.h"
 #include "names.h"
 #include "wire/clock.h"
+#include "wire/limits.h"
 
 namespace eifmap {
 namespace {

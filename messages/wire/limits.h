@@ -19,6 +19,12 @@ inline constexpr std::size_t kMaxEntries = 1u << 20;            // of any other 
 inline constexpr int kMaxParts = 1 << 16;                       // of a map update
 inline constexpr std::int64_t kMaxTimeUs = 253402300800000000;  // the year 10000
 
+// As much of a text as is taken.
+inline std::string clipped(std::string text) {
+  if (text.size() > kMaxText) text.resize(kMaxText);
+  return text;
+}
+
 inline bool valid_time(std::int64_t time_us) {
   return time_us >= 0 && time_us < kMaxTimeUs;
 }
