@@ -29,14 +29,13 @@ from processes import Processes, fail, lines, shared
 CAMERAS = "abcd"
 RATE_HZ = 10
 LOGGERS, STOPPED = 20, 5
-# The least that can be asked for.
-KEPT = 2
-MAPPER = {"bound": {"max_keyframes": 20, "max_landmarks": 500}, "lost": {"max_kept_maps": KEPT}}
 # Where each camera was before: as many places as maps are kept, and unlike where it is then. Else it
 # is chance when a camera is lost, and has one map more.
 BEFORE = [["--simulate", world, "--motion", motion, "--max-frames", "80"]
           for world, motion in (("block", "lap"), ("street", "drive"))]
-assert len(BEFORE) == KEPT
+KEPT = len(BEFORE)
+# The least that can be asked for.
+MAPPER = {"bound": {"max_keyframes": 20, "max_landmarks": 500}, "lost": {"max_kept_maps": KEPT}}
 LONG_S = 120  # from here on there is enough to judge growth and the server's own latencies
 MAX_GROWTH = 1.0  # MB/min
 LATER, LATER_MS = 1.5, 20
